@@ -36,6 +36,7 @@ class CommandSession final : public StreamSession {
          rest.remove_prefix(1)) {
       if (rest.front() == '\n') {
         end_line();
+        if (dialogue_->killed) return received_.clear();
       } else if (line_.size() <= kLongestCommand) {
         line_ += rest.front();
       }

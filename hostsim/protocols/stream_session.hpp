@@ -52,6 +52,7 @@ inline constexpr std::size_t kLongestCommand = 1000;
 struct Dialogue {
   std::string unsent;    ///< for the client
   bool waiting = false;  ///< a response is outstanding: no further line is executed
+  bool killed = false;   ///< with the client, by its last line: those after it are dropped
 };
 
 /// Executes one line, given without its end, and returns the response, whole lines; or sets `waiting`, and

@@ -328,7 +328,9 @@ void Session::set_time_of_day(Time since_1970) {
 
 std::string Session::execute(std::string_view line, const std::shared_ptr<protocols::Dialogue>& dialogue) {
   advance_and_answer();
+  restarted_ = false;
   plant::Reply reply = control().execute(line, now_);
+  dialogue->killed = restarted_;
   advance_and_answer();
   if (reply.shutdown) host_.shut_down();
   std::string response = waits_.take(std::move(reply), dialogue);

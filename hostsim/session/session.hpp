@@ -233,7 +233,7 @@ class Session final : private plant::NetworkListener {
   void on_fault(std::size_t network, std::string_view text, Time now) override;
   void on_written(std::size_t network, const modbus::Range& written) override;
   void on_applied() override { poll_waits(); }
-  void on_plc_restart() override { host_.restart_command(); }
+  void on_plc_restart() override { restarted_ = true, host_.restart_command(); }
   void on_late_response(Time delay) override { host_.let_pass(delay); }
   void list_services(const config::Config& config);
   void list_bus_services(const config::NetworkConfig& config);
@@ -258,6 +258,7 @@ class Session final : private plant::NetworkListener {
   Services services_;
   std::shared_ptr<protocols::Dialogue> input_ = std::make_shared<protocols::Dialogue>();
   std::function<void()> look_;
+  bool restarted_ = false;  ///< the command, by the line that is executed
 };
 
 // ---- What the configuration says of a network's connections with the outside, whatever makes them

@@ -8,11 +8,12 @@ usage: program_test.py SIMULATOR
 import os
 import pathlib
 import re
+from types import SimpleNamespace
 
 from cbcan_plant import GAVE_UP, NotWithin, Plant, Window
 from cbcan_st import Program
 from cbcan_st.compiled import COMPILERS, available
-from cbcan_st.exchange import Address, blocks
+from cbcan_st.exchange import Address, Exchange, blocks
 from cbcan_st.interpreted import Interpreted
 from cbcan_st.sources import Sources
 import cases
@@ -254,6 +255,17 @@ class Examples(cases.Case):
 
 
 class Parts(cases.Case):
+    def test_a_scan_is_one_exchange_and_a_part_ends_with_a_failed_request(self):
+        engine = SimpleNamespace(interval=10000, image={501: 7, 3864: 8}, addresses=[Address.of("%QW101"), Address.of("%QW170"), Address.of("%IW100")],
+                                 scan=lambda now: None, ended=lambda name: False)
+        read, reads = "0302580001", ["modbus", "0302580001"]
+        first, second = ["modbus", "100F180001020008"], ["modbus", "1001F50001020007"]
+        for written, rest in (("100F180001", [*second, "pass", "10000us", *reads]), ("9004", ["pass", "10000us", *reads])):
+            sent, said = [], {read: "03020005", "10000us": "0.01", first[1]: written, second[1]: "1001F50001"}
+            plant = SimpleNamespace(now=0.0, send=lambda *lines: sent.append(" ".join(lines).split()), response=lambda line: [said[line.split()[1]]])
+            Exchange(plant, engine, alone=True).scan()
+            self.assertEqual((sent, engine.image[600]), ([reads, first, rest], 5))
+
     def test_addresses(self):
         """docs/how-to/plc/openplc.md, schneider.md"""
         for text, registers in (("%IW100", [600]), ("%IW167", [667]), ("%IW168", [3800]), ("%ID230", [3862, 3863]), ("%IW275", [3971]), ("%QW169", [569]),

@@ -83,6 +83,11 @@ class Faults(cases.Case):
                               env={**os.environ, "PYTHONPATH": str(ROOT / "tools/python")}, timeout=LIMIT)
         self.assertEqual(made.returncode, 3)
         self.assertEqual(started.read_text(), "0.0 0\n1.0 7\n")
+        started.unlink()
+        program = program.replace("plant.advance('1s')\nwindow.write(3710, 7)", "plant.send('modbus 060E7E0007', 'pass 1s', 'modbus 060E7E0008')\nplant.response('')")
+        subprocess.run([PROGRAM, "--demo", "--clock", "manual", "--fault", "plc:plc-restart count=1", "--", sys.executable, "-c", program],
+                       env={**os.environ, "PYTHONPATH": str(ROOT / "tools/python")}, timeout=LIMIT)
+        self.assertEqual(started.read_text(), "0.0 0\n0.0 7\n")  # what it has sent after the request is dropped
 
     def test_of_a_command_and_its_scan_in_one_exchange(self):
         plant = self.plant("cut-before after=1 count=1", "exception after=2 count=1")

@@ -195,7 +195,15 @@ class Plant:
 
     def command(self, line: str) -> list[str]:
         """Executes a command of docs/reference/commands.md; returns the lines of the response, without "ok"."""
-        self.control.sendall(f"{line}\n".encode())
+        self.send(line)
+        return self.response(line)
+
+    def send(self, *lines: str) -> None:
+        """Sends commands in one go; each needs its response()."""
+        self.control.sendall("".join(f"{line}\n" for line in lines).encode())
+
+    def response(self, line: str) -> list[str]:
+        """That to the next command sent, which is this line."""
         said: list[str] = []
         while True:
             answer = self.lines.readline().rstrip("\n")

@@ -48,7 +48,7 @@ class Program(Exchange):
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
+        """Nothing is left open."""
 
     def __getitem__(self, name: str) -> Any:
         return self.engine.get(name)
@@ -84,7 +84,7 @@ def main() -> NoReturn:
     arguments = parser.parse_args()
     try:
         sources, engine = Sources(arguments.file), arguments.engine or next(filter(available, COMPILERS), "machine")
-        exchange = Exchange(Plant.around(), Interpreted(sources) if engine == "machine" else Compiled(sources, engine))
+        exchange = Exchange(Plant.around(), Interpreted(sources) if engine == "machine" else Compiled(sources, engine), alone=True)
         scans, end = 0, None
         while not end and scans != arguments.scans:
             end, scans = exchange.scan(), scans + 1

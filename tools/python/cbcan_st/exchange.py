@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 import re
-from typing import Iterable, NamedTuple
+import struct
+from typing import Callable, Iterable, NamedTuple
 
-from cbcan_plant import Plant, PlantError, Window
+from cbcan_plant import Plant, PlantError
 
 # By area: the first word's number, how many, the register of the first. docs/how-to/plc/openplc.md and schneider.md have them.
 AREAS = {"I": ((100, 68, 600), (168, 64, 3800), (232, 44, 3928)), "Q": ((100, 70, 500), (170, 64, 3864)), "M": ((0, 65536, 0),)}
@@ -71,50 +72,74 @@ def blocks(registers) -> list[range]:
 
 class Exchange:
     """The scans of an engine, at a plant. The engine has `interval` in microseconds, `addresses`, an `image`, scan(now), and ended(name): whether a
-    program's BOOL of this name is TRUE."""
+    program's BOOL of this name is TRUE. `alone`: no other client acts between scans, so the inputs of the next one are read with the outputs written."""
 
-    def __init__(self, plant: Plant, engine) -> None:
-        self.plant, self.engine, self.window, self.end = plant, engine, None, None
-        self.inputs, self.outputs, self.memory = (blocks({r for at in engine.addresses if at.area in areas for r in at.registers}) for areas in ("IM", "Q", "M"))
+    def __init__(self, plant: Plant, engine, alone: bool = False) -> None:
+        self.plant, self.engine, self.alone, self.end = plant, engine, alone, None
+        inputs, self.outputs, self.memory = (blocks({r for at in engine.addresses if at.area in areas for r in at.registers}) for areas in ("IM", "Q", "M"))
+        self.inputs = [self.read(block) for block in inputs]
         self.now = round(plant.now * 1e6)
+        self.exchange(self.inputs if alone else [])
 
     def scan(self) -> str | None:
         """One scan, and time up to the next one. Returns DONE or GAVE_UP after the last scan, when no time has passed."""
         image = self.engine.image
-        self.request(self.read)
+        if not self.alone:
+            self.exchange(self.inputs)
         before = Image(image)
         self.engine.scan(self.now)
         changed = [[register for register in block if image[register] != before[register]] for block in self.memory]
-        self.request(self.write, [*self.outputs, *(range(some[0], some[-1] + 1) for some in changed if some)])
+        written = [self.write(block) for block in [*self.outputs, *(range(some[0], some[-1] + 1) for some in changed if some)]]
         if self.end:
             self.left -= 1
         else:
             self.end = next((name for name in ("GAVE_UP", "DONE") if self.engine.ended(name)), None)
             self.left = SCANS_OF_THE_WINDOW if has_scanner(self.engine.addresses) else 0
         if self.end and self.left == 0:
+            self.exchange(written)
             return self.end
-        self.now = round(float(self.plant.command(f"pass {self.engine.interval}us")[0]) * 1e6)
+        self.exchange(written, [(f"pass {self.engine.interval}us", self.take_time)], self.inputs if self.alone else [])
         return None
 
-    def request(self, requests, *arguments) -> None:
-        """After a failure the image is as before; a closed connection is opened again in the next scan."""
-        try:
-            self.window = self.window or Window(self.plant)
-            requests(*arguments)
-        except OSError:
-            self.close()
-        except PlantError:
-            pass
+    def exchange(self, *parts: list[tuple[str, Callable[[str], object]]]) -> None:
+        """The requests of a part need a response to the one before, and end with one that fails: the image is as before. Others are sent together."""
+        sent: list = []
+        for part in parts:
+            for request in part:
+                if request is not part[0] and not self.finish(sent):
+                    break
+                sent.append(request)
+        self.finish(sent)
 
-    def close(self) -> None:
-        if self.window:
-            self.window.socket.close()
-        self.window = None
+    def finish(self, sent: list) -> bool:
+        """Whether the last one has succeeded."""
+        good = True
+        self.plant.send(*(line for line, _ in sent))
+        for line, take in sent:
+            try:
+                take(self.plant.response(line)[0])
+                good = True
+            except PlantError:
+                if not line.startswith("modbus "):
+                    raise
+                good = False
+        sent.clear()
+        return good
 
-    def read(self) -> None:
-        for block in self.inputs:
-            self.engine.image.update(zip(block, self.window.read(block.start, len(block))))
+    def take_time(self, seconds: str) -> None:
+        self.now = round(float(seconds) * 1e6)
 
-    def write(self, written) -> None:
-        for block in written:
-            self.window.write(block.start, *(self.engine.image[register] for register in block))
+    def read(self, block: range) -> tuple[str, Callable[[str], object]]:
+        return f"modbus 03{block.start:04X}{len(block):04X}", lambda pdu: self.engine.image.update(zip(block, words_of(pdu, 2)))
+
+    def write(self, block: range) -> tuple[str, Callable[[str], object]]:
+        words = "".join(f"{self.engine.image[register]:04X}" for register in block)
+        return f"modbus 10{block.start:04X}{len(block):04X}{2 * len(block):02X}{words}", words_of
+
+
+def words_of(pdu: str, header: int = 1) -> tuple[int, ...]:
+    """Those after the header of a response; PlantError for an exception."""
+    raw = bytes.fromhex(pdu)
+    if raw[0] & 0x80:
+        raise PlantError(f"Modbus exception {raw[1]}")
+    return struct.unpack(f">{(len(raw) - header) // 2}H", raw[header:])
