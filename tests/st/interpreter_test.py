@@ -14,6 +14,17 @@ BEFORE = """TYPE
 END_TYPE
 FUNCTION_BLOCK f VAR_INPUT I : UINT; END_VAR VAR_IN_OUT D : FIVE; END_VAR VAR_OUTPUT O : UINT; END_VAR O := I; END_FUNCTION_BLOCK
 """
+# Timing diagrams of IEC 61131-3, 2nd edition, tables 34 to 36 and figure 15, by hand, in scans of 10 ms. Of each: inputs, what PT or PV is, and
+# by scan the inputs and the outputs, a letter each: 0 and 1, and a digit for ET in scans or CV.
+DIAGRAMS = (
+    ("SR", "S1 R", "", "00 10 00 01 11 01", "Q1", "0 1 1 0 1 0"),
+    ("RS", "S R1", "", "00 10 00 01 11 10", "Q1", "0 1 1 0 0 1"),
+    ("R_TRIG", "CLK", "", "1 1 0 1 1", "Q", "1 0 0 1 0"),
+    ("F_TRIG", "CLK", "", "0 0 1 1 0 0", "Q", "1 0 0 0 1 0"),
+    ("CTU", "CU R", "PV := 2", "00 10 10 00 10 00 10 11 01 00 10", "Q CV", "00 01 01 01 12 12 12 00 00 00 01"),
+    ("CTD", "CD LD", "PV := 2", "00 10 01 00 10 10 00 10 00 10 11", "Q CV", "10 10 02 02 01 01 01 10 10 10 02"),
+    ("TOF", "IN", "PT := T#30ms", "0 1 1 0 0 0 0 0 1 0 0 1 0 0 0 0", "Q ET", "00 10 10 10 11 12 03 03 10 10 11 10 10 11 12 03"),
+    ("TP", "IN", "PT := T#30ms", "0 1 0 1 0 0 1 1 1 1 1 0 1 0 0 1 0 1", "Q ET", "00 10 11 12 00 00 10 11 12 03 03 00 10 11 12 03 00 10"))
 CONFIGURATION = """CONFIGURATION c
   VAR_GLOBAL CONSTANT top : UINT := 9; END_VAR
   RESOURCE r ON PLC
@@ -68,9 +79,14 @@ MISTAKES = (  # message; variables; body
     ("a pointer behind its variable", "p : POINTER TO BYTE; u : UINT;", "p := ADR(u); p := p + 2; p^ := 16#01;"),
     ("WHILE: does not end", "x : UINT;", "WHILE TRUE DO x := 1; END_WHILE;"),
     ("X: %IX5.1 is for a BOOL of", "x AT %IX5.1 : WORD;", ""),
+    ("REPEAT: does not end", "x : UINT;", "REPEAT x := 1; UNTIL FALSE END_REPEAT;"),
+    *((f"{label.split('.')[0]}: the second of its kind, or an empty range", "x : UINT;", f"CASE x OF 3..5: x := 1; 9, {label}: x := 2; END_CASE;")
+      for label in ("4", "5..7", "0..8", "9", "8..7")),
+    ("',|,: : should stand here", "c : COLOUR;", "CASE c OF RED, BLUE: c := RED; END_CASE;"),
+    ("70000: not within UINT", "x : UINT;", "CASE x OF 1..70000: x := 2; END_CASE;"),
     # No part of the subset
     *(("", "x : UINT; t : TON;", body) for body in (
-        "REPEAT x := 1; UNTIL TRUE END_REPEAT;", "RETURN;", "x := 2#1010;", "x := x XOR x;", "CASE x OF 0, 1: x := 2; END_CASE;",
+        "REPEAT x := 1; UNTIL TRUE DO END_REPEAT;", "RETURN;", "x := 2#1010;", "x := x XOR x;", "CASE x OF 0, 1..: x := 2; END_CASE;",
         "IF x = 0 THEN x := 1; END_IF", "t(IN := , PT := T#1s);", "// x\n", "x := 1.5;", "{pragma}", "FOR x := 0 TO 9 BY 2 DO END_FOR;")),
     *(("", variables, "") for variables in ("x : LREAL;", "x, y : UINT;", "x : ARRAY [0..1] OF BYTE;", "x : REFERENCE TO BYTE;")),
 )
@@ -104,6 +120,25 @@ class Interpreter(cases.Case):
         self.assertEqual(values["R"], 0.30000001192092896)  # 3E99999Ah
         values = run("i : INT := -5; j : INT; k : INT; r : REAL := -0.5;", "j := -i - -2; k := -(i + 1) * -3; r := -r * 3.0;")
         self.assertEqual([values[name] for name in "IJKR"], [-5, 7, -12, 1.5])
+
+    def test_standard_blocks(self):
+        for name, inputs, preset, scans, outputs, wanted in DIAGRAMS:
+            given, shown = inputs.split(), []
+            arguments = ", ".join([*(f"{each} := {each}" for each in given), *preset.splitlines()])
+            variables = "".join(f"{each} : BOOL; " for each in given)
+            made = Machine(("a.st", f"PROGRAM p VAR {variables} b : {name}; END_VAR b({arguments}); END_PROGRAM\n"), ("c.st", CONFIGURATION))
+            values = made.programs["MAIN"][1]
+            for number, bits in enumerate(scans.split()):
+                values.update(zip(given, (bit == "1" for bit in bits)))
+                made.scan(number * 10000)
+                block = values["B"]
+                shown.append("".join(str(block[each] // 10000 if each == "ET" else int(block[each])) for each in outputs.split()))
+            self.assertEqual(" ".join(shown), wanted, name)
+
+    def test_case_and_repeat(self):
+        values = run("x : INT := 7; n : UINT; s : UINT; f : FIVE;", "REPEAT CASE x OF -3..-1, 2: n := n + 1; 3, 5..7: n := n + 10; ELSE n := n + 100; END_CASE; x := x - 1; "
+                     "UNTIL x < -4 END_REPEAT; REPEAT s := s + 1; UNTIL TRUE END_REPEAT;")
+        self.assertEqual([values["N"], values["S"], values["X"]], [444, 1, -5])
 
     def test_located_variables(self):
         text = "x AT %MX5.15 : BOOL; i AT %IW0 : INT; u AT %QW1 : UINT; d AT %MD6 : DINT; r AT %id7 : REAL; w AT %MD8 : DWORD; n AT %MD9 : UDINT;"

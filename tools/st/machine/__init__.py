@@ -2,10 +2,14 @@
 """Checks a program and runs it: every name, type and argument beforehand, indices and ranges at run time."""
 
 import math
+import pathlib
+import re
 
 from .compiler import Compiler
 from .lexer import StError
 from .types import ELEMENTARY, Timer
+
+STANDARD = pathlib.Path(__file__).resolve().parents[1].joinpath("standard.st").read_text("utf-8")
 
 
 class Machine:
@@ -22,6 +26,13 @@ class Machine:
         for name, a_type, place in self.externals:
             if self.global_types.get(name) != a_type or name in self.constants:  # MATIEC and STruC++ differ on constants
                 raise StError(place, f"{name}: no VAR_GLOBAL of this type")
+
+    def block(self, name):
+        """One that no file declares before it may be a standard one."""
+        found = name not in self.blocks and re.search(rf"\nFUNCTION_BLOCK {name}\n.*?END_FUNCTION_BLOCK", STANDARD, re.DOTALL)
+        if found:
+            Compiler(self, found[0], "standard.st").compile()
+        return self.blocks.get(name)
 
     @property
     def interval(self):

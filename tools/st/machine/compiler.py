@@ -294,7 +294,7 @@ class Compiler(Expressions):
         return run
 
     def statement(self):
-        compound = {"IF": self.if_, "CASE": self.case, "WHILE": self.while_, "FOR": self.for_}
+        compound = {"IF": self.if_, "CASE": self.case, "WHILE": self.while_, "REPEAT": self.repeat, "FOR": self.for_}
         if self.sees(*compound):
             place, word, _ = self.token.place, self.token.value, self.next()
             return compound[word](place)
@@ -369,35 +369,57 @@ class Compiler(Expressions):
         if a_type.kind not in ("int", "enum"):
             raise StError(place, f"CASE: neither an integer nor an enumeration but {a_type.name}")
         self.expect("OF")
-        bodies, otherwise = {}, None
+        bodies, otherwise, labels = [], None, []
         while not self.sees("ELSE", "END_CASE"):
-            label = self.value_of_type(a_type)(None)
-            self.expect(":")  # lists of labels: not in STruC++, for enumerators
-            if label in bodies:
-                raise StError(place, f"{label}: the second of its kind")
-            bodies[label] = self.steps(lambda: self.sees("ELSE", "END_CASE") or self.token.kind == "number" or self.tokens[self.at + 1].value == ":")
+            known = len(labels)
+            labels.append(self.label(a_type, labels))
+            while a_type.kind == "int" and self.takes(","):  # of enumerators: not in STruC++
+                labels.append(self.label(a_type, labels))
+            self.expect(":")
+            bodies.append((labels[known:], self.steps(self.sees_label)))
         if self.takes("ELSE"):
             otherwise = self.statements("END_CASE")
         self.expect("END_CASE")
 
         def run(values, now):
-            body = bodies.get(value(values), otherwise)
+            found = value(values)
+            body = next((body for labels, body in bodies if any(found in label for label in labels)), otherwise)
             if body:
                 body(values, now)
         return run
 
+    def label(self, a_type, others):
+        """The values of a label, or of a range."""
+        place, first = self.token.place, self.value_of_type(a_type)(None)
+        found = range(first, (self.value_of_type(a_type)(None) if self.takes("..") else first) + 1) if a_type.kind == "int" else [first]
+        if not found or any(found[0] in other or other[0] in found for other in others):
+            raise StError(place, f"{first}: the second of its kind, or an empty range")
+        return found
+
+    def sees_label(self):
+        return self.sees("ELSE", "END_CASE", "-") or self.token.kind == "number" or self.tokens[self.at + 1].value == ":"
+
     def while_(self, place):
         condition = self.value_of_type(BOOL)
-        self.expect("DO")
-        body = self.statements("END_WHILE")
+        body = self.expect("DO") and self.statements("END_WHILE")
         self.expect("END_WHILE")
+        return self.loop(place, "WHILE", condition, body)
 
+    def repeat(self, place):
+        body = self.statements("UNTIL")
+        condition = self.expect("UNTIL") and self.value_of_type(BOOL)
+        self.expect("END_REPEAT")
+        again = self.loop(place, "REPEAT", lambda values: not condition(values), body)
+        return lambda values, now: (body(values, now), again(values, now))
+
+    @staticmethod
+    def loop(place, word, condition, body):
         def run(values, now):
             for _ in range(ENOUGH):
                 if not condition(values):
                     return
                 body(values, now)
-            raise StError(place, "WHILE: does not end")
+            raise StError(place, f"{word}: does not end")
         return run
 
     def for_(self, place):

@@ -62,7 +62,7 @@ class Declarations(Words):
             self.expect("TO")
             return Type("pointer", "POINTER", of=self.type_name())
         place, name = self.token.place, self.one("word")
-        found = self.machine.types.get(name) or self.machine.blocks.get(name)
+        found = self.machine.types.get(name) or self.machine.block(name)
         if found is None or found.kind in ("FUNCTION", "PROGRAM"):
             raise StError(place, f"{name}: no such type")
         return found
