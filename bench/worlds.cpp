@@ -43,8 +43,9 @@ std::string node(unsigned id, const std::string& eds, const std::string& more) {
 
 /// The nodes of a plant file.
 std::vector<sim::NodeParts> nodes_of(const std::string& toml) {
-  const auto read = config::with_demo_plant(
-      [](const std::string& path) { return path == "t.lua" ? std::optional(kScript) : base::read_file(path); });
+  const auto read = config::with_demo_plant([](const std::string& path) {
+    return path == "t.lua" ? std::optional(kScript) : base::read_file(path);
+  });
   config::Config config;
   require(config::read_plant(toml, "plant.toml", config).empty(), "the plant file is wrong");
   config::PlantBuild build = config::build_nodes(config, read);

@@ -27,8 +27,7 @@ incidents, alarms = { "sensor-break" }, { "sensor-break" }
 local at_rest <const> = 0.2                   -- s without a new position
 local shaft, speed, moved_at = 0, 0, nil      -- revolutions, revolutions per s, s
 local offset, broken, next_cycle = 0, false, nil
-local position = 0                            -- that is shown
-local has_position, has_rate, shown_position, shown_rate
+local position, shown_position, shown_rate, has_position, has_rate = 0  -- values as shown
 
 -- Objects of the file, by index * 256 + sub, and values that are shown: asked for and set once.
 local exists, shown = {}, {}
@@ -81,8 +80,7 @@ local function raw()
 end
 
 function reset(now)
-  speed, moved_at, next_cycle, offset, shown, steps = 0, nil, nil, 0, {}, nil
-  shown_position, shown_rate = nil, nil
+  speed, moved_at, next_cycle, offset, shown, steps, shown_position, shown_rate = 0, nil, nil, 0, {}
   update(now)
 end
 
@@ -93,15 +91,9 @@ function update(now)
     position = raw()
     if offset ~= 0 then position = wrapped(position + offset) end
     local rate = speed * steps
-    if rate ~= shown_rate and has_rate then
-      shown_rate = rate
-      set(0x6030, 1, rate)
-    end
+    if rate ~= shown_rate and has_rate then set(0x6030, 1, rate) shown_rate = rate end
   end
-  if position ~= shown_position and has_position then
-    shown_position = position
-    set(0x6004, 0, position)
-  end
+  if position ~= shown_position and has_position then set(0x6004, 0, position) shown_position = position end
   if not status_shown then
     show(0x6500, 0, parameters)
     show(0x6503, 0, broken and 1 or 0)

@@ -34,30 +34,24 @@ local function read_parameters()
   local resolution = number(0x6000)
   for _, group in ipairs({ 0x6010, 0x6110, 0x6020, 0x6120 }) do
     if has(group) then
-      local unit, parameter = resolution ~= 0 and resolution or 10, number(group + 1)
-      if parameter & 1 ~= 0 then unit = -unit end
-      local differential = number(group + 4)
+      local parameter, differential = number(group + 1), number(group + 4)
+      local unit = (parameter & 1 ~= 0 and -1 or 1) * (resolution ~= 0 and resolution or 10)
       local offset = parameter & 2 ~= 0 and number(group + 3) + differential or 0
       table.insert(groups, { first = group, axis = axis_at[group], unit = unit, offset = offset, differential = differential })
     end
   end
 end
 
--- The slope as the sensor measures it, in units of the resolution.
-local function measured(group) return (slopes[group.axis] * 1000 / group.unit + 0.5) // 1 end
-
 function reset() groups = nil end
 
+-- The slope as the sensor measures it, in units of the resolution, and the offset.
 function update()
   if not groups then read_parameters() end
   for i = 1, #groups do
     local group = groups[i]
     local first = group.first
     local value = broken and (shown[first] or 0) or (slopes[group.axis] * 1000 / group.unit + 0.5) // 1 + group.offset
-    if value ~= group.value then
-      set(first, 0, value)
-      shown[first], group.value = value, value
-    end
+    if value ~= group.value then set(first, 0, value) shown[first], group.value = value, value end
   end
 end
 
@@ -65,9 +59,8 @@ end
 function on_write(index, _, value)
   read_parameters()
   for _, group in ipairs(groups) do
-    if index == group.first + 2 and has(group.first + 3) then
-      set(group.first + 3, 0, value - measured(group) - group.differential)
-    end
+    local place, measured = group.first + 3, (slopes[group.axis] * 1000 / group.unit + 0.5) // 1
+    if index == place - 1 and has(place) then set(place, 0, value - measured - group.differential) end
   end
   groups = nil
 end
