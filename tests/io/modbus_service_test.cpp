@@ -62,17 +62,6 @@ TEST_CASE("idle connections stay for good") {
   check_served_at_once(server, client);
 }
 
-TEST_CASE("clients come and go") {
-  Server server;
-  for (int i = 0; i < 20; ++i) {
-    Client client(server);
-    check_served_at_once(server, client);
-    client.leave();
-    server.run_until([&] { return server.modbus.clients() == 0; });
-  }
-  CHECK(server.counters.connections == 20);
-}
-
 TEST_CASE("a client that has ended its sending still gets its responses") {
   Server server;
   Client client(server);
