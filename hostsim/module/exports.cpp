@@ -4,9 +4,6 @@
 // _initialize() once before anything else. After a trap the instance must not be used again.
 
 #include <cmath>
-#include <functional>
-#include <map>
-#include <type_traits>
 #include <utility>
 
 #include "module/instance.hpp"
@@ -44,44 +41,51 @@ Json connect(const Json& given) {
   return here().last_connection;
 }
 
-using Call = std::function<Json(const Json& given)>;
+struct Call {
+  std::string_view name;
+  Json (*run)(const Json& given);
+};
 
-/// Calls a function of the instance with these members of what is given.
-template <class Result, class... Parameters>
-Call to(Result (Instance::*function)(Parameters...), auto... names) {
-  return [=](const Json& given) -> Json {
-    const auto run = [&] {
-      return (here().instance.*function)(given[names].template get<std::remove_cvref_t<Parameters>>()...);
-    };
-    if constexpr (!std::is_void_v<Result>) return run();
-    run();
-    return {};
-  };
-}
-
-/// Documented in instance.hpp.
-const std::map<std::string, Call> kCalls{
-    {"start", to(&Instance::start, "arguments", "folder", "environment")},
-    {"serve", to(&Instance::serve, "places", "since_1970", "alone")},
+/// Calls, documented in instance.hpp.
+constexpr Call kCalls[] = {
+    {"start",
+     [](const Json& given) {
+       return here().instance.start(given["arguments"], given["folder"].get<std::string>(),
+                                    given["environment"].get<Instance::Environment>());
+     }},
+    {"serve",
+     [](const Json& given) {
+       return here().instance.serve(given["places"], given["since_1970"], given["alone"]);
+     }},
     {"connect", connect},
-    {"lose", to(&Instance::lose, "name", "network", "why")},
+    {"lose",
+     [](const Json& given) {
+       return here().instance.lose(given["name"], given["network"], given["why"]), Json();
+     }},
     {"plc", [](const Json& given) { return here().instance.plc(given["network"], given); }},
     {"respond", [](const Json& given) { return here().instance.respond(given); }},
-    {"fill", to(&Instance::fill, "stream")},
-    {"drop", to(&Instance::drop, "stream")},
-    {"input", to(&Instance::input, "line")},
+    {"fill", [](const Json& given) { return here().instance.fill(given["stream"]); }},
+    {"drop", [](const Json& given) { return here().instance.drop(given["stream"]), Json(); }},
+    {"input",
+     [](const Json& given) { return here().instance.input(given["line"].get<std::string>()), Json(); }},
     {"input_waits", [](const Json&) { return Json(here().instance.input_waits()); }},
     {"summary", [](const Json&) { return Json(here().instance.summary()); }},
-    {"told", to(&Instance::take_told)},
-    {"play", to(&Instance::play, "place")},
-    {"played", to(&Instance::played)},
-    {"search", to(&Instance::search, "passed", "most")},
-    {"try_here", to(&Instance::try_here, "trial")},
+    {"told", [](const Json&) { return here().instance.take_told(); }},
+    {"play", [](const Json& given) { return here().instance.play(given["place"]); }},
+    {"played", [](const Json&) { return here().instance.played(); }},
+    {"search", [](const Json& given) { return here().instance.search(given["passed"], given["most"]); }},
+    {"try_here", [](const Json& given) { return here().instance.try_here(given["trial"]), Json(); }},
     {"begin_trial",
      [](const Json& given) { return here().instance.begin_trial(modules[0].instance, given["trial"]); }},
-    {"end_trial", to(&Instance::end_trial, "code", "said")},
-    {"hang", to(&Instance::hang, "trial", "limit", "said")},
-    {"show", to(&Instance::show, "place")},
+    {"end_trial",
+     [](const Json& given) {
+       return here().instance.end_trial(given["code"], given["said"].get<std::string>()), Json();
+     }},
+    {"hang",
+     [](const Json& given) {
+       return here().instance.hang(given["trial"], given["limit"], given["said"].get<std::string>()), Json();
+     }},
+    {"show", [](const Json& given) { return here().instance.show(given["place"]), Json(); }},
 };
 
 }  // namespace
@@ -124,7 +128,8 @@ CBCAN_EXPORT("give") void module_give(unsigned name_size, bool is_folder, bool i
 /// Takes {"call", ...} and returns JSON.
 CBCAN_EXPORT("call") void module_call() {
   const Json given = Json::parse(here().in);
-  here().out = web::line_of(kCalls.at(given["call"])(given));
+  for (const Call& call : kCalls)
+    if (given["call"] == call.name) here().out = web::line_of(call.run(given));
 }
 
 /// Times in microseconds, which are exact to 2^53; infinity = never.
