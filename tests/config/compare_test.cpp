@@ -28,33 +28,27 @@ Lines differences(const std::string& network, std::string_view more = "") {
 }  // namespace
 
 TEST_CASE("a plant is compared with its network file") {
-  struct Row {
-    const char* node;  ///< in lines 2 on
-    const char* said;
-  };
-  for (const auto& [node, said] : {
-           Row{"id = 99", "1: node 99: the plant has no such node"},
-           Row{"id = 2\ndevice_type = 0x20192",
-               "1: node 2: device type 00020194h, the network file wants 00020192h (C); it is not started"},
-           Row{"id = 2\nboot = false\nidentity = [0, 0, 0, 9]",
-               "1: node 2: serial number 00000001h, the network file wants 00000009h (O); it is not started"},
-           Row{"id = 2\nstore = true",
-               "1: node 2: configuration failed at 1020h:01: 0602 0000h no such object (J); it is not "
-               "started"},
-           Row{"id = 32\nrestore = 1",
-               "1: node 32: configuration failed at 1011h:01: 0602 0000h no such object (J); it is not "
-               "started"},
-           Row{"id = 2\nobjects = [ { index = 0x1000, value = 1, type = \"u32\" } ]",
-               "1: node 2: configuration failed at 1000h:00 Device type: 0601 0002h attempt to write a "
-               "read-only object (J); it is not started"},
-           Row{"id = 66\npdos = [\n  { tpdo = 1, can_id = 0x1C2, map = [ { index = 0x5000, bits = 8 } ] "
-               "},\n]",
-               "5: node 66: configuration failed at 1A00h:01 Mapped object 1: 0602 0000h no such "
-               "object (J); it is not started"},
-       }) {
-    CHECK(differences(std::string("[[node]]\nheartbeat_ms = 500\n") + node) ==
-          Lines{std::string("net.toml:") + said});
-  }
+  const auto [node, said] = GENERATE(table<const char*, const char*>(
+      {{"id = 99", "1: node 99: the plant has no such node"},
+       {"id = 2\ndevice_type = 0x20192",
+        "1: node 2: device type 00020194h, the network file wants 00020192h (C); it is not started"},
+       {"id = 2\nboot = false\nidentity = [0, 0, 0, 9]",
+        "1: node 2: serial number 00000001h, the network file wants 00000009h (O); it is not started"},
+       {"id = 2\nstore = true",
+        "1: node 2: configuration failed at 1020h:01: 0602 0000h no such object (J); it is not "
+        "started"},
+       {"id = 32\nrestore = 1",
+        "1: node 32: configuration failed at 1011h:01: 0602 0000h no such object (J); it is not "
+        "started"},
+       {"id = 2\nobjects = [ { index = 0x1000, value = 1, type = \"u32\" } ]",
+        "1: node 2: configuration failed at 1000h:00 Device type: 0601 0002h attempt to write a "
+        "read-only object (J); it is not started"},
+       {"id = 66\npdos = [\n  { tpdo = 1, can_id = 0x1C2, map = [ { index = 0x5000, bits = 8 } ] "
+        "},\n]",
+        "5: node 66: configuration failed at 1A00h:01 Mapped object 1: 0602 0000h no such "
+        "object (J); it is not started"}}));
+  CHECK(differences(std::string("[[node]]\nheartbeat_ms = 500\n") + node) ==
+        Lines{std::string("net.toml:") + said});
 }
 
 TEST_CASE("a node that nothing watches is a warning, beside other ones") {

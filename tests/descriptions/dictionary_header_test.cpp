@@ -87,41 +87,34 @@ TEST_CASE("cbcan-eds: values that the stack refuses when they are written") {
   const auto pdo_type = [&](const std::string& index, const std::string& cob_id, const std::string& type) {
     return record(index, object(index + "sub1", "7", cob_id) + object(index + "sub2", "5", type));
   };
-  struct Case {
-    std::string text;
-    std::string problem;  ///< "" = none
-  };
-  const std::vector<Case> cases{
-      {object("1012", "7", "0x80000100"), ""},
-      {object("1012", "7", "0"), ""},  // neither consumes nor produces
-      {object("1012", "7", "0xA0000100"), "x.eds:1: 1012h:00: the stack has no 29-bit identifiers"},
-      {object("1012", "7", "0x80000000"), "x.eds:1: 1012h:00: CiA 301 restricts CAN-ID 000h (of node 1)"},
-      {record("1200", object("1200sub1", "7", "$NODEID+0x600") + object("1200sub2", "7", "$NODEID+0x580")),
-       ""},
-      {record("1200", object("1200sub1", "7", "0x600")),
-       "x.eds:5: 1200h:01: the stack's SDO server has $NODEID+0x600"},
-      {record("1200", object("1200sub2", "7", "$NODEID+0x5C0")),
-       "x.eds:5: 1200h:02: the stack's SDO server has $NODEID+0x580"},
-      {pdo_type("1400", "$NODEID+0x200", "240"), ""},
-      {pdo_type("1400", "$NODEID+0x200", "253"), "x.eds:10: 1400h:02: transmission type 253 is reserved"},
-      {pdo_type("1400", "$NODEID+0x80000200", "253"), ""},  // it does not exist
-      {pdo_type("1800", "$NODEID+0x180", "252"), ""},
-      {pdo_type("1800", "$NODEID+0x180", "251"), "x.eds:10: 1800h:02: transmission type 251 is reserved"},
-      {object("1019", "5", "0"), ""},
-      {object("1019", "5", "240"), ""},
-      {object("1019", "5", "1"), "x.eds:1: 1019h:00: the counter of SYNC is 0 or 2..240"},
-      {object("1019", "5", "241"), "x.eds:1: 1019h:00: the counter of SYNC is 0 or 2..240"},
-      {record("1016", object("1016sub1", "7", "0x7F0064")), ""},
-      {record("1016", object("1016sub1", "7", "0x800000")), ""},  // 0 ms: unused
-      {record("1016", object("1016sub1", "7", "0x800064")), "x.eds:5: 1016h:01: node IDs are 1..127"},
-  };
-  for (const Case& each : cases) {
-    INFO(each.text);
-    if (each.problem.empty())
-      CHECK(made(each.text).starts_with("// Made by"));
-    else
-      CHECK(made(each.text) == each.problem);
-  }
+  const auto [text, problem] = GENERATE_REF(table<std::string, std::string>(
+      {{object("1012", "7", "0x80000100"), ""},
+       {object("1012", "7", "0"), ""},  // neither consumes nor produces
+       {object("1012", "7", "0xA0000100"), "x.eds:1: 1012h:00: the stack has no 29-bit identifiers"},
+       {object("1012", "7", "0x80000000"), "x.eds:1: 1012h:00: CiA 301 restricts CAN-ID 000h (of node 1)"},
+       {record("1200", object("1200sub1", "7", "$NODEID+0x600") + object("1200sub2", "7", "$NODEID+0x580")),
+        ""},
+       {record("1200", object("1200sub1", "7", "0x600")),
+        "x.eds:5: 1200h:01: the stack's SDO server has $NODEID+0x600"},
+       {record("1200", object("1200sub2", "7", "$NODEID+0x5C0")),
+        "x.eds:5: 1200h:02: the stack's SDO server has $NODEID+0x580"},
+       {pdo_type("1400", "$NODEID+0x200", "240"), ""},
+       {pdo_type("1400", "$NODEID+0x200", "253"), "x.eds:10: 1400h:02: transmission type 253 is reserved"},
+       {pdo_type("1400", "$NODEID+0x80000200", "253"), ""},  // it does not exist
+       {pdo_type("1800", "$NODEID+0x180", "252"), ""},
+       {pdo_type("1800", "$NODEID+0x180", "251"), "x.eds:10: 1800h:02: transmission type 251 is reserved"},
+       {object("1019", "5", "0"), ""},
+       {object("1019", "5", "240"), ""},
+       {object("1019", "5", "1"), "x.eds:1: 1019h:00: the counter of SYNC is 0 or 2..240"},
+       {object("1019", "5", "241"), "x.eds:1: 1019h:00: the counter of SYNC is 0 or 2..240"},
+       {record("1016", object("1016sub1", "7", "0x7F0064")), ""},
+       {record("1016", object("1016sub1", "7", "0x800000")), ""},  // 0 ms: unused
+       {record("1016", object("1016sub1", "7", "0x800064")), "x.eds:5: 1016h:01: node IDs are 1..127"}}));
+  INFO(text);
+  if (problem.empty())
+    CHECK(made(text).starts_with("// Made by"));
+  else
+    CHECK(made(text) == problem);
 }
 
 TEST_CASE("cbcan-eds: names that a header cannot have") {

@@ -106,31 +106,26 @@ TEST_CASE("60F2h: relative set-points count from the target, the demand or the a
 }
 
 TEST_CASE("60F2h: a rotary axis turns as the numbers say, one way only, or the shortest way") {
-  struct Row {
-    int option, target;
-    std::int64_t way;  ///< from 1,000, around 10,000
-  };
-  for (const auto& [option, target, way] : {Row{0x00, 9'000, 8'000},
-                                            {0x00, 500, -500},
-                                            {0x40, 9'000, -2'000},
-                                            {0x40, 500, -500},
-                                            {0x40, 1'000, 0},
-                                            {0x80, 9'000, 8'000},
-                                            {0x80, 500, 9'500},
-                                            {0x80, 1'000, 0},
-                                            {0xC0, 9'000, -2'000},
-                                            {0xC0, 5'900, 4'900},
-                                            {0xC0, 500, -500}}) {
-    INFO("60F2h = " << option << ", " << target);
-    DriveBench bench;
-    bench.enable(1, {{0x607B, 1, 0}, {0x607B, 2, 9'999}});
-    travel_to(bench, 1'000);
-    const double before = bench.drive.axis().place(bench.now);
-    bench.put(0x60F2, 0, option);
-    travel_to(bench, target);
-    bench.shows({.status = kEnabled | kReached, .position = target});
-    CHECK(bench.drive.axis().place(bench.now) - before == Approx(way));
-  }
+  const auto [option, target, way] = GENERATE(table<int, int, std::int64_t>({{0x00, 9'000, 8'000},
+                                                                             {0x00, 500, -500},
+                                                                             {0x40, 9'000, -2'000},
+                                                                             {0x40, 500, -500},
+                                                                             {0x40, 1'000, 0},
+                                                                             {0x80, 9'000, 8'000},
+                                                                             {0x80, 500, 9'500},
+                                                                             {0x80, 1'000, 0},
+                                                                             {0xC0, 9'000, -2'000},
+                                                                             {0xC0, 5'900, 4'900},
+                                                                             {0xC0, 500, -500}}));
+  INFO("60F2h = " << option << ", " << target);
+  DriveBench bench;
+  bench.enable(1, {{0x607B, 1, 0}, {0x607B, 2, 9'999}});
+  travel_to(bench, 1'000);
+  const double before = bench.drive.axis().place(bench.now);
+  bench.put(0x60F2, 0, option);
+  travel_to(bench, target);
+  bench.shows({.status = kEnabled | kReached, .position = target});
+  CHECK(bench.drive.axis().place(bench.now) - before == Approx(way));
 }
 
 TEST_CASE("60F2h: a relative set-point is as long as it says, and a fraction of an increment needs no turn") {

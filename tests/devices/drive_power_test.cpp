@@ -151,61 +151,46 @@ TEST_CASE("A drive comes up as Switch on disabled, and does so again after a res
 }
 
 TEST_CASE("Quick stop option codes: the ramp, and where it ends") {
-  struct Option {
-    int code;
-    unsigned during;
-    Time stops;  ///< microseconds, from 100,000/s
-    unsigned after;
-  };
   // 6084h 1,000,000/s^2: 100 ms; 6085h 4,000,000/s^2: 25 ms.
-  constexpr std::array<Option, 9> kOptions = {{{0, 0x250, 25'000, 0x250},
-                                               {1, 0x217, 100'000, 0x250},
-                                               {2, 0x217, 25'000, 0x250},
-                                               {3, 0x217, 25'000, 0x250},
-                                               {4, 0x217, 25'000, 0x250},
-                                               {5, 0x217, 100'000, 0x617},
-                                               {6, 0x217, 25'000, 0x617},
-                                               {7, 0x217, 25'000, 0x617},
-                                               {8, 0x217, 25'000, 0x617}}};
-  for (const Option& option : kOptions) {
-    INFO(option.code);
-    DriveBench bench;
-    bench.enable(3, {{0x605A, 0, option.code}, {0x60FF, 0, 100'000}});
-    bench.pass(kSecond);
-    REQUIRE(bench.velocity() == 100'000);
-    bench.control(0x0002).shows({.status = option.during});
-    bench.pass(option.stops - 1);
-    CHECK(bench.get(0x606C) >= 1);
-    CHECK(bench.status() == option.during);
-    bench.pass(1).shows({.status = option.after, .velocity = 0});
-    bench.control(0x000F);
-    CHECK(state_of(bench) == (option.code >= 5 ? kOperationEnabled : kSwitchOnDisabled));
-  }
+  const auto [code, during, stops, after] =
+      GENERATE(table<int, unsigned, Time, unsigned>({{0, 0x250, 25'000, 0x250},
+                                                     {1, 0x217, 100'000, 0x250},
+                                                     {2, 0x217, 25'000, 0x250},
+                                                     {3, 0x217, 25'000, 0x250},
+                                                     {4, 0x217, 25'000, 0x250},
+                                                     {5, 0x217, 100'000, 0x617},
+                                                     {6, 0x217, 25'000, 0x617},
+                                                     {7, 0x217, 25'000, 0x617},
+                                                     {8, 0x217, 25'000, 0x617}}));
+  INFO(code);
+  DriveBench bench;
+  bench.enable(3, {{0x605A, 0, code}, {0x60FF, 0, 100'000}});
+  bench.pass(kSecond);
+  REQUIRE(bench.velocity() == 100'000);
+  bench.control(0x0002).shows({.status = during});
+  bench.pass(stops - 1);
+  CHECK(bench.get(0x606C) >= 1);
+  CHECK(bench.status() == during);
+  bench.pass(1).shows({.status = after, .velocity = 0});
+  bench.control(0x000F);
+  CHECK(state_of(bench) == (code >= 5 ? kOperationEnabled : kSwitchOnDisabled));
 }
 
 TEST_CASE("Shutdown and disable operation: at once, or after the slow down ramp") {
-  struct Option {
-    std::uint16_t object;
-    int code;
-    std::uint16_t word;
-    unsigned during, after;
-    Time stops;
-  };
-  constexpr std::array<Option, 4> kOptions = {
-      {{0x605B, 0, 0x0006, kReadyToSwitchOn, kReadyToSwitchOn, 25'000},
-       {0x605B, 1, 0x0006, kOperationEnabled, kReadyToSwitchOn, 100'000},
-       {0x605C, 0, 0x0007, kSwitchedOn, kSwitchedOn, 25'000},
-       {0x605C, 1, 0x0007, kOperationEnabled, kSwitchedOn, 100'000}}};
-  for (const Option& option : kOptions) {
-    INFO(option.object << " = " << option.code);
-    DriveBench bench;
-    bench.enable(3, {{option.object, 0, option.code}, {0x60FF, 0, -100'000}});
-    bench.pass(kSecond);
-    bench.control(option.word).shows({.status = option.during});
-    bench.pass(option.stops - 1);
-    CHECK(bench.velocity() <= -1);
-    bench.pass(1).shows({.status = option.after, .velocity = 0});
-  }
+  const auto [object, code, word, during, after, stops] =
+      GENERATE(table<std::uint16_t, int, std::uint16_t, unsigned, unsigned, Time>(
+          {{0x605B, 0, 0x0006, kReadyToSwitchOn, kReadyToSwitchOn, 25'000},
+           {0x605B, 1, 0x0006, kOperationEnabled, kReadyToSwitchOn, 100'000},
+           {0x605C, 0, 0x0007, kSwitchedOn, kSwitchedOn, 25'000},
+           {0x605C, 1, 0x0007, kOperationEnabled, kSwitchedOn, 100'000}}));
+  INFO(object << " = " << code);
+  DriveBench bench;
+  bench.enable(3, {{object, 0, code}, {0x60FF, 0, -100'000}});
+  bench.pass(kSecond);
+  bench.control(word).shows({.status = during});
+  bench.pass(stops - 1);
+  CHECK(bench.velocity() <= -1);
+  bench.pass(1).shows({.status = after, .velocity = 0});
 }
 
 TEST_CASE("Enable operation calls a ramp to Switched on off") {
@@ -220,57 +205,43 @@ TEST_CASE("Enable operation calls a ramp to Switched on off") {
 }
 
 TEST_CASE("Fault reaction option codes") {
-  struct Option {
-    int code;
-    Time stops;
-  };
-  constexpr std::array<Option, 5> kOptions = {{{0, 0}, {1, 100'000}, {2, 25'000}, {3, 25'000}, {4, 25'000}}};
-  for (const Option& option : kOptions) {
-    INFO(option.code);
-    DriveBench bench;
-    bench.enable(3, {{0x605E, 0, option.code}, {0x60FF, 0, 100'000}});
-    bench.pass(kSecond);
-    bench.incident("overtemperature", true);
-    if (option.stops != 0) {
-      CHECK(bench.status() == kFaultReactionActive);
-      bench.pass(option.stops - 1).shows({.status = kFaultReactionActive});
-      bench.pass(1).shows({.velocity = 0});
-    }
-    CHECK(bench.status() == kFault);
+  const auto [code, stops] =
+      GENERATE(table<int, Time>({{0, 0}, {1, 100'000}, {2, 25'000}, {3, 25'000}, {4, 25'000}}));
+  INFO(code);
+  DriveBench bench;
+  bench.enable(3, {{0x605E, 0, code}, {0x60FF, 0, 100'000}});
+  bench.pass(kSecond);
+  bench.incident("overtemperature", true);
+  if (stops != 0) {
+    CHECK(bench.status() == kFaultReactionActive);
+    bench.pass(stops - 1).shows({.status = kFaultReactionActive});
+    bench.pass(1).shows({.velocity = 0});
   }
+  CHECK(bench.status() == kFault);
 }
 
 TEST_CASE(
     "Every fault: EMCY code, error register and 603Fh; a reset by the rising edge when its cause is gone") {
-  struct Fault {
-    const char* name;
-    const char* told;
-    std::int64_t code;
-    unsigned status;  ///< without voltage bit 4 is 0
-    const char* over;
-  };
-  constexpr std::array<Fault, 7> kFaults = {{
-      {"overcurrent", "2310/03", 0x2310, 0x0218, "2310 over"},
-      {"short-circuit", "2320/03", 0x2320, 0x0218, "2320 over"},
-      {"overvoltage", "3210/05", 0x3210, 0x0218, "3210 over"},
-      {"undervoltage", "3220/05", 0x3220, 0x0208, "3220 over"},
-      {"overtemperature", "4210/09", 0x4210, 0x0218, "4210 over"},
-      {"encoder", "7305/21", 0x7305, 0x0218, "7305 over"},
-      {"following-error", "8611/21", 0x8611, 0x0218, "8611 over"},
-  }};
-  for (const Fault& fault : kFaults) {
-    INFO(fault.name);
-    DriveBench bench;
-    bench.enable(3);
-    bench.incident(fault.name, true).shows({.status = fault.status, .objects = {{0x603F, fault.code}}});
-    CHECK(bench.log == std::vector<std::string>{fault.told});
-    bench.control(0x0080).shows({.status = fault.status});
-    bench.incident(fault.name, false);
-    bench.control(0x0080).shows({.status = kFault});  // no edge
-    bench.control(0x0000);
-    bench.control(0x0080).shows({.status = kSwitchOnDisabled, .objects = {{0x603F, 0}}});
-    CHECK(bench.log == std::vector<std::string>{fault.told, fault.over});
-  }
+  const auto [name, told, code, status, over] =
+      GENERATE(table<const char*, const char*, std::int64_t, unsigned, const char*>(
+          {{"overcurrent", "2310/03", 0x2310, 0x0218, "2310 over"},
+           {"short-circuit", "2320/03", 0x2320, 0x0218, "2320 over"},
+           {"overvoltage", "3210/05", 0x3210, 0x0218, "3210 over"},
+           {"undervoltage", "3220/05", 0x3220, 0x0208, "3220 over"},
+           {"overtemperature", "4210/09", 0x4210, 0x0218, "4210 over"},
+           {"encoder", "7305/21", 0x7305, 0x0218, "7305 over"},
+           {"following-error", "8611/21", 0x8611, 0x0218, "8611 over"}}));
+  INFO(name);
+  DriveBench bench;
+  bench.enable(3);
+  bench.incident(name, true).shows({.status = status, .objects = {{0x603F, code}}});
+  CHECK(bench.log == std::vector<std::string>{told});
+  bench.control(0x0080).shows({.status = status});
+  bench.incident(name, false);
+  bench.control(0x0080).shows({.status = kFault});  // no edge
+  bench.control(0x0000);
+  bench.control(0x0080).shows({.status = kSwitchOnDisabled, .objects = {{0x603F, 0}}});
+  CHECK(bench.log == std::vector<std::string>{told, over});
 }
 
 TEST_CASE("A fault is reported again after a reset of the application, if it is still there") {
@@ -290,27 +261,21 @@ TEST_CASE("A warning is bit 7 and nothing else") {
 }
 
 TEST_CASE("Abort connection option codes") {
-  struct Option {
-    int code;
-    unsigned during, after;
-    std::int64_t error;
-  };
-  constexpr std::array<Option, 4> kOptions = {{{0, kOperationEnabled, kOperationEnabled, 0},
-                                               {1, kFaultReactionActive, kFault, 0x8130},
-                                               {2, kSwitchOnDisabled, kSwitchOnDisabled, 0},
-                                               {3, kQuickStopActive, kSwitchOnDisabled, 0}}};
-  for (const Option& option : kOptions) {
-    INFO(option.code);
-    DriveBench bench;
-    bench.enable(3, {{0x6007, 0, option.code}, {0x60FF, 0, 100'000}});
-    bench.pass(kSecond);
-    bench.network_failure(sim::NetworkFailure::kHeartbeat);
-    CHECK(state_of(bench) == option.during);
-    bench.pass(kSecond);
-    CHECK(state_of(bench) == option.after);
-    CHECK(bench.get(0x603F) == option.error);
-    CHECK(bench.log.empty());  // the node sends the EMCY
-  }
+  const auto [code, during, after, error] =
+      GENERATE(table<int, unsigned, unsigned, std::int64_t>({{0, kOperationEnabled, kOperationEnabled, 0},
+                                                             {1, kFaultReactionActive, kFault, 0x8130},
+                                                             {2, kSwitchOnDisabled, kSwitchOnDisabled, 0},
+                                                             {3, kQuickStopActive, kSwitchOnDisabled, 0}}));
+  INFO(code);
+  DriveBench bench;
+  bench.enable(3, {{0x6007, 0, code}, {0x60FF, 0, 100'000}});
+  bench.pass(kSecond);
+  bench.network_failure(sim::NetworkFailure::kHeartbeat);
+  CHECK(state_of(bench) == during);
+  bench.pass(kSecond);
+  CHECK(state_of(bench) == after);
+  CHECK(bench.get(0x603F) == error);
+  CHECK(bench.log.empty());  // the node sends the EMCY
 }
 
 TEST_CASE("NMT stop acts as 6007h on an enabled drive, and only there") {

@@ -113,44 +113,31 @@ TEST_CASE("User units: 80,000 increments are 24.41 mm") {
 }
 
 TEST_CASE("User units: what else may say so") {
-  struct Row {
-    const char* name;
-    devices::UnitFactors factors;
-    double position;  ///< increments in one unit
-    double velocity;  ///< increments a second in one unit
-  };
-  constexpr devices::Ratio kEncoder{3600, 1};
-  for (const auto& [name, factors, position, velocity] : {
-           Row{"position factor", {.encoder = kEncoder, .position = {5, 2}}, 2.5, 2.5},
-           Row{"position factor of 1", {.encoder = kEncoder, .position = {1, 1}}, 1, 1},
-           Row{"position factor of 0", {.encoder = kEncoder, .position = {0, 1}}, 3600, 3600},
-           Row{"feed", {.encoder = kEncoder, .feed = {360, 1}, .si_position = 0x00B50000}, 10, 10},
-           Row{"velocity encoder factor", {.encoder = kEncoder, .velocity_encoder = {60, 1}}, 3600, 60},
-           Row{"velocity factor", {.encoder = kEncoder, .feed = {3600, 1}, .velocity = {60, 3600}}, 1, 60},
-           Row{"increments", {.encoder = kEncoder, .si_position = 0x00B50000}, 1, 1},
-           Row{"1/min", {.encoder = kEncoder, .si_position = 0x00B50000, .si_velocity = 0x00B44700}, 1, 60},
-           Row{"1/min, gear", {.encoder = kEncoder, .gear = {2, 1}, .si_velocity = 0x00B44700}, 7200, 120},
-           Row{"mrev/s",
-               {.encoder = kEncoder, .si_position = 0xFDB40000, .si_velocity = 0xFDB40300},
-               3.6,
-               3.6},
-           Row{"0.1 degrees", {.encoder = kEncoder, .si_position = 0xFF410000}, 1, 1},
-           Row{"um, mm/min",
-               {.encoder = kEncoder, .feed = {1800, 1}, .si_position = 0xFA010000, .si_velocity = 0xFD014700},
-               2,
-               2000.0 / 60},
-           Row{"1/min, no resolution",
-               {.si_position = 0x00B50000, .si_velocity = 0x00B44700},
-               1,
-               2000.0 / 60},
-       }) {
-    INFO(name);
-    const devices::Units units(factors);
-    CHECK(units.increments(1) == Approx(position));
-    CHECK(units.user(position) == Approx(1));
-    CHECK(units.increments_per_second(1) == Approx(velocity));
-    CHECK(units.user_velocity(velocity) == Approx(1));
-  }
+  static constexpr devices::Ratio kEncoder{3600, 1};
+  const auto [name, factors, position, velocity] = GENERATE(table<const char*, devices::UnitFactors, double,
+                                                                  double>(
+      {{"position factor", {.encoder = kEncoder, .position = {5, 2}}, 2.5, 2.5},
+       {"position factor of 1", {.encoder = kEncoder, .position = {1, 1}}, 1, 1},
+       {"position factor of 0", {.encoder = kEncoder, .position = {0, 1}}, 3600, 3600},
+       {"feed", {.encoder = kEncoder, .feed = {360, 1}, .si_position = 0x00B50000}, 10, 10},
+       {"velocity encoder factor", {.encoder = kEncoder, .velocity_encoder = {60, 1}}, 3600, 60},
+       {"velocity factor", {.encoder = kEncoder, .feed = {3600, 1}, .velocity = {60, 3600}}, 1, 60},
+       {"increments", {.encoder = kEncoder, .si_position = 0x00B50000}, 1, 1},
+       {"1/min", {.encoder = kEncoder, .si_position = 0x00B50000, .si_velocity = 0x00B44700}, 1, 60},
+       {"1/min, gear", {.encoder = kEncoder, .gear = {2, 1}, .si_velocity = 0x00B44700}, 7200, 120},
+       {"mrev/s", {.encoder = kEncoder, .si_position = 0xFDB40000, .si_velocity = 0xFDB40300}, 3.6, 3.6},
+       {"0.1 degrees", {.encoder = kEncoder, .si_position = 0xFF410000}, 1, 1},
+       {"um, mm/min",
+        {.encoder = kEncoder, .feed = {1800, 1}, .si_position = 0xFA010000, .si_velocity = 0xFD014700},
+        2,
+        2000.0 / 60},
+       {"1/min, no resolution", {.si_position = 0x00B50000, .si_velocity = 0x00B44700}, 1, 2000.0 / 60}}));
+  INFO(name);
+  const devices::Units units(factors);
+  CHECK(units.increments(1) == Approx(position));
+  CHECK(units.user(position) == Approx(1));
+  CHECK(units.increments_per_second(1) == Approx(velocity));
+  CHECK(units.user_velocity(velocity) == Approx(1));
 }
 
 TEST_CASE("No profile is faster or steeper than it may be, and each ends on its target") {

@@ -52,24 +52,18 @@ constexpr const char* kNode2 = "[[node]]\nid = 2\nheartbeat_ms = 500\n";  // pre
 }  // namespace
 
 TEST_CASE("a node is not the one that the network file wants") {
-  struct Row {
-    const char* wanted;
-    const char* said;
-  };
   // The demo's node 2: 1000h 00020194h, 1018h 0, 194h, 10000h, 1.
-  for (const auto& [wanted, said] : {
-           Row{"device_type = 0x20192", "device type 00020194h, the network file wants 00020192h (C)"},
-           Row{"identity = [7]", "vendor-ID 00000000h, the network file wants 00000007h (D)"},
-           Row{"identity = [0, 0x195]", "product code 00000194h, the network file wants 00000195h (M)"},
-           Row{"identity = [0, 0, 2]", "revision number 00010000h, the network file wants 00000002h (N)"},
-           Row{"identity = [0, 0, 0, 9]", "serial number 00000001h, the network file wants 00000009h (O)"},
-       }) {
-    Boots boots(std::string("[[node]]\nid = 2\n") + wanted);
-    boots.after({"pass 1s"});  // the journal begins after the first check
-    CHECK(boots.after({"power 2 off", "power 2 on", "pass 60s"}) ==
-          Lines{std::string("node 2: ") + said + "; it is not started"});
-    CHECK(boots.after({"power 2 off", "power 2 on", "pass 60s"}).empty());
-  }
+  const auto [wanted, said] = GENERATE(table<const char*, const char*>(
+      {{"device_type = 0x20192", "device type 00020194h, the network file wants 00020192h (C)"},
+       {"identity = [7]", "vendor-ID 00000000h, the network file wants 00000007h (D)"},
+       {"identity = [0, 0x195]", "product code 00000194h, the network file wants 00000195h (M)"},
+       {"identity = [0, 0, 2]", "revision number 00010000h, the network file wants 00000002h (N)"},
+       {"identity = [0, 0, 0, 9]", "serial number 00000001h, the network file wants 00000009h (O)"}}));
+  Boots boots(std::string("[[node]]\nid = 2\n") + wanted);
+  boots.after({"pass 1s"});  // the journal begins after the first check
+  CHECK(boots.after({"power 2 off", "power 2 on", "pass 60s"}) ==
+        Lines{std::string("node 2: ") + said + "; it is not started"});
+  CHECK(boots.after({"power 2 off", "power 2 on", "pass 60s"}).empty());
 }
 
 TEST_CASE("a node that is absent is looked for, and reported once") {
