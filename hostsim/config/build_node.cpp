@@ -63,6 +63,8 @@ std::string put(const InitialValue& initial, ObjectDictionary& dictionary,
   return {};
 }
 
+constexpr std::string_view kDrive = "cia402";
+
 class Builder {
  public:
   Builder(const NodeConfig& node, std::uint64_t seed, NodeTiming timing, const base::FileReader& read)
@@ -106,6 +108,7 @@ class Builder {
       if (const std::string wrong = put(initial, dictionary, image); !wrong.empty())
         complain(initial.place, wrong);
     if (!devices::is_script(node_.device)) choose_device(dictionary);
+    check_modes(dictionary, *file.description());
     for (const ObjectEntry& entry : image.entries)
       if (descriptions::is_mapping(entry.index) && entry.first_sub == 0)
         check_mapping(dictionary, entry.index);
@@ -128,6 +131,18 @@ class Builder {
       build_.warnings.push_back(
           fmt::format("{}: the device {} needs {}, and the file has none of CiA's data type", file_,
                       kind_->name, missing));
+  }
+
+  /// Warns of a 6502h that the file has as 0.
+  void check_modes(const ObjectDictionary& dictionary, const descriptions::DeviceDescription& description) {
+    constexpr std::uint16_t kModes = 0x6502;
+    const descriptions::Object* const modes = description.find(kModes, 0);
+    const bool is_drive = kind_ != nullptr && kind_->name == kDrive;
+    if (!is_drive || modes == nullptr || !modes->has_value || dictionary.get(kModes, 0) != 0) return;
+    build_.warnings.push_back(fmt::format(
+        "{}:{}: 6502h is 0, and so a master reads it; `objects` of the node can say which modes the "
+        "drive has",
+        file_, modes->line));
   }
 
   /// Warns of a PDO that its default mapping makes unusable.
@@ -183,6 +198,7 @@ class Builder {
       parts.behaviour = script(kind_ == nullptr ? node_.device : std::string(kind_->script));
     else if (kind_->make != nullptr)
       parts.behaviour = kind_->make;
+    if (!node_.script.empty()) parts.behaviour = script(node_.script, std::move(parts.behaviour));
     parts.seed = seed_;
     parts.lss = node_.lss;
     parts.block_timeout_ms = node_.block_timeout_ms;
@@ -190,7 +206,6 @@ class Builder {
   }
 
   void add_axes() {
-    constexpr std::string_view kDrive = "cia402";
     sim::NodeParts& parts = *build_.node;
     if (parts.device != kDrive)
       return complain(node_.place,
@@ -205,19 +220,21 @@ class Builder {
     };
   }
 
-  /// Reads the file each time, so that `reload` works.
-  sim::BehaviourMaker script(std::string path) const {
-    return [read = read_, path = std::move(path), place = node_.place](sim::DeviceNode& node,
-                                                                       std::uint64_t seed) {
+  /// Reads the file each time, so that `reload` works. `below`: the device that it is beside; none = it is
+  /// one.
+  sim::BehaviourMaker script(std::string path, std::optional<sim::BehaviourMaker> below = {}) const {
+    return [read = read_, path = std::move(path), place = node_.place, below = std::move(below)](
+               sim::DeviceNode& node, std::uint64_t seed) -> std::unique_ptr<sim::Behaviour> {
       const std::optional<std::string> text = read(path);
       if (!text) throw sim::BehaviourProblem(cannot_read(path, place));
+      if (below) return devices::make_beside(node, seed, path, *text, *below);
       return devices::make_lua_device(node, seed, path, *text);
     };
   }
 
   /// Only a running node shows which inputs it has and whether its script works.
   void try_out() try {
-    if (node_.signals.empty() && kind_ != nullptr && kind_->script.empty()) return;
+    if (node_.signals.empty() && kind_ != nullptr && kind_->script.empty() && node_.script.empty()) return;
     sim::World world;
     sim::Node& trial = world.add_node(*build_.node);
     world.start(0);
@@ -353,7 +370,7 @@ std::optional<Bytes> encode(const Value& value, DataType type) {
 }
 
 NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, EdsFiles& files, NodeTiming timing) try {
-  return Builder(node, seed, timing, files.reader()).build(files.find(description_of(node)));
+  return Builder(node, seed, timing, files.reader()).build(files.find(description_of(node), node.script));
 } catch (const sim::BehaviourProblem& problem) {
   NodeBuild build;
   build.problems = {fmt::format("{}: {}: {}", to_string(node.place), node_name(node), problem.what())};

@@ -19,6 +19,7 @@
 #include "descriptions/device_description.hpp"
 #include "descriptions/dictionary_image.hpp"
 #include "descriptions/lexer.hpp"
+#include "devices/lua/lua_device.hpp"
 #include "sim/frame_text.hpp"
 #include "sim/node.hpp"
 
@@ -30,7 +31,7 @@ namespace cbcan::config {
 class EdsFile {
  public:
   /// `name` is for the diagnostics.
-  EdsFile(std::string name, std::string text);
+  EdsFile(std::string name, std::string text, devices::ObjectChanges changes = {});
 
   struct ForNode {
     descriptions::DictionaryImage image;
@@ -46,6 +47,7 @@ class EdsFile {
  private:
   std::string name_;
   std::string text_;
+  devices::ObjectChanges changes_;
   bool alike_;    ///< the results for all node IDs, apart from values with $NODEID
   ForNode none_;  ///< if they are alike
   std::shared_ptr<const descriptions::DeviceDescription> description_;
@@ -60,14 +62,14 @@ class EdsFiles {
   explicit EdsFiles(base::FileReader read) : read_(std::move(read)) {}
 
   /// Null if it cannot be read. Of a script: the file that its declarations describe; throws
-  /// sim::BehaviourProblem.
-  const EdsFile* find(const std::string& path);
+  /// sim::BehaviourProblem. `beside`: path of a script that changes its objects; empty = none.
+  const EdsFile* find(const std::string& path, const std::string& beside = {});
   /// Reads all files of a plant.
   const base::FileReader& reader() const { return read_; }
 
  private:
   base::FileReader read_;
-  std::map<std::string, EdsFile, std::less<>> files_;  ///< by path
+  std::map<std::pair<std::string, std::string>, EdsFile> files_;  ///< by the paths
 };
 
 /// "0x6401:2", "0x6200:1.7", "output:8": a number of a node; nullopt if the text is none.

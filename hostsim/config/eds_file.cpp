@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "config/build_node.hpp"
 
+#include <algorithm>
+
+#include "cbcan/canopen/dictionary/objects.hpp"
 #include "descriptions/eds_reader.hpp"
 #include "devices/devices.hpp"
 #include "devices/lua/lua_device.hpp"
@@ -9,14 +12,29 @@ namespace cbcan::config {
 
 namespace {
 
-descriptions::Result read(const std::string& text, const std::string& name, std::uint8_t node_id) {
-  return descriptions::read(text, name, node_id, devices::standard_type);
+descriptions::Result read(const std::string& text, const std::string& name, std::uint8_t node_id,
+                          const devices::ObjectChanges& changes) {
+  descriptions::Result result = descriptions::read(text, name, node_id, devices::standard_type);
+  std::vector<descriptions::Object>& objects = result.device.objects;
+  const std::vector<descriptions::Object> of_file = objects;
+  const auto has = [](const auto& all, std::uint16_t index) {
+    return std::ranges::any_of(all,
+                               [index](const descriptions::Object& each) { return each.index == index; });
+  };
+  std::erase_if(objects,
+                [&](const auto& each) { return std::ranges::count(changes.removed, each.index) != 0; });
+  if (changes.eds.empty()) return result;
+  for (const auto& object : descriptions::read(changes.eds, name, node_id).device.objects)
+    if (object.index >= object::kFirstManufacturer && !has(of_file, object.index)) objects.push_back(object);
+  std::ranges::stable_sort(objects, {}, &descriptions::Object::index);
+  return result;
 }
 
 }  // namespace
 
-EdsFile::EdsFile(std::string name, std::string text) : name_(std::move(name)), text_(std::move(text)) {
-  descriptions::Result none = read(text_, name_, 0);
+EdsFile::EdsFile(std::string name, std::string text, devices::ObjectChanges changes)
+    : name_(std::move(name)), text_(std::move(text)), changes_(std::move(changes)) {
+  descriptions::Result none = read(text_, name_, 0, changes_);
   alike_ = descriptions::only_values_differ(text_, none.device.objects);
   if (alike_) none_ = {descriptions::dictionary_image(none.device), std::move(none.diagnostics)};
   description_ = std::make_shared<const descriptions::DeviceDescription>(std::move(none.device));
@@ -24,7 +42,7 @@ EdsFile::EdsFile(std::string name, std::string text) : name_(std::move(name)), t
 
 EdsFile::ForNode EdsFile::for_node(std::uint8_t node_id) const {
   if (!alike_) {
-    descriptions::Result result = read(text_, name_, node_id);
+    descriptions::Result result = read(text_, name_, node_id, changes_);
     return {descriptions::dictionary_image(result.device), std::move(result.diagnostics)};
   }
   ForNode node = none_;
@@ -36,12 +54,16 @@ std::string description_of(const NodeConfig& node) {
   return node.eds.empty() ? std::string(devices::script_of(node.device)) : node.eds;
 }
 
-const EdsFile* EdsFiles::find(const std::string& path) {
-  auto file = files_.find(path);
+const EdsFile* EdsFiles::find(const std::string& path, const std::string& beside) {
+  const std::pair key(path, beside);
+  auto file = files_.find(key);
   if (file == files_.end()) {
     std::optional<std::string> text = read_(path);
     if (text && devices::is_script(path)) text = devices::eds_of_script(path, *text);
-    if (text) file = files_.emplace(path, EdsFile(path, std::move(*text))).first;
+    const std::optional<std::string> script = beside.empty() ? std::nullopt : read_(beside);
+    devices::ObjectChanges changes =
+        script ? devices::changes_of_script(beside, *script) : devices::ObjectChanges();
+    if (text) file = files_.emplace(key, EdsFile(path, std::move(*text), std::move(changes))).first;
   }
   return file == files_.end() ? nullptr : &file->second;
 }

@@ -23,6 +23,10 @@ constexpr std::array<std::string_view, std::variant_size_v<sim::Shape>> kShapes{
 constexpr std::array<std::string_view, 3> kThen{"hold", "repeat", "back-and-forth"};
 constexpr std::array<std::string_view, 2> kDistributions{"uniform", "normal"};
 constexpr std::array<std::string_view, 2> kBetween{"step", "linear"};
+constexpr std::array<std::string_view, devices::kPositionUnits.size()> kPositionUnitNames{
+    "increment", "revolution", "degree"};
+constexpr std::array<std::string_view, devices::kVelocityUnits.size()> kVelocityUnitNames{
+    "increment/s", "revolution/s", "1/min", "degree/s"};
 
 // ---- Checks besides the range, and values that are stored in another form
 
@@ -146,6 +150,9 @@ constexpr std::array kNode{
         .key = "node.eds", .help = "Device description for the object dictionary",
         .more = "`$NODEID` in it is `node.id`. A device that is a script can do without.", .form = Form::kPath, .domain = "the path of an EDS or DCF file",
         .example = "\"FILE.eds\""}),
+    setting<&NodeConfig::script>({
+        .key = "node.script", .help = "[Script beside the device](../how-to/lua-device.md#beside-a-device), which changes what it does",
+        .form = Form::kPath, .domain = "the path of a Lua script"}),
     setting<&NodeConfig::parameters>({
         .key = "node.parameters",
         .help = "File in which object 1010h and LSS store values",
@@ -255,6 +262,12 @@ constexpr std::array kAxis{
     setting<&AxisConfig::load, &devices::AxisLoad::gravity>({
         .key = "node.axis.gravity_mnm", .help = "Torque towards negative positions; below 0 towards positive ones",
         .low = -1'000'000, .high = 1'000'000, .unit = " mNm"}),
+    setting<&AxisConfig::position_unit>({
+        .key = "node.axis.position_unit", .help = "[Unit](devices.md#a-drives-units) of positions, where the file names none",
+        .choices = kPositionUnitNames, .absent = kNone}),
+    setting<&AxisConfig::velocity_unit>({
+        .key = "node.axis.velocity_unit", .help = "Unit of velocities, where the file names none",
+        .choices = kVelocityUnitNames, .absent = kNone}),
 };
 
 constexpr std::int64_t kHourInMs = 3'600'000;

@@ -437,7 +437,9 @@ TEST_CASE("What a drive's file has and is not simulated: one line a file, with w
     return cbcan::config::build_nodes(config, only_file(drive + more)).lines;
   };
   CHECK(lines(variable("6502", "7", "0x103AD") + variable("6098", "2")).empty());
-  CHECK(lines(variable("6502", "7", "0")).empty());
+  CHECK(lines(variable("6502", "7", "0")) ==
+        std::vector<std::string>{"x.eds:41: 6502h is 0, and so a master reads it; `objects` of the node can "
+                                 "say which modes the drive has"});
   CHECK(lines(variable("6840", "6") + variable("60B8", "6") + variable("6502", "7", "0x5")).empty());
   CHECK(
       lines(variable("6502", "7", "0x62")) ==

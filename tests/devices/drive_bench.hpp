@@ -20,7 +20,7 @@ inline std::string more_objects() {
                      pair_of("6049", "6000", "1", "7", "6") + pair_of("604A", "24000", "1", "7", "6") +
                      pair_of("604B", "1", "1", "3") + pair_of("604C", "1", "1", "4") +
                      pair_of("60C1", "0", "0", "4") + pair_of("60C4", "8", "1") +
-                     text_of({"60C4sub6", "5", "rw", "0"});
+                     text_of({"60C4sub4", "6", "rw", "0"}) + text_of({"60C4sub6", "5", "rw", "0"});
   for (const char* index : {"6042", "6043", "6044"})
     text += text_of({index, "3", "rw", "0"});
   for (const char* index : {"60B8", "60B9", "60F2"})

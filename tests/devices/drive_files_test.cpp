@@ -91,8 +91,14 @@ TEST_CASE("A file without modes has velocity and interpolated mode if it has the
     const std::string set_point =
         std::string(index) == "60C1" ? pair_of(index, "0", "0", type) : text_of({index, type, "rw", "0"});
     CHECK(Plant(file_with({}) + set_point).get(0x6502) == modes);
-    CHECK(Plant(file_with({{"6502", "7", "ro", "0"}}) + set_point).get(0x6502) == modes);
   }
+}
+
+TEST_CASE("A file whose 6502h is 0: a master reads that, and the modes are there all the same") {
+  Plant plant(file_with({{"6502", "7", "ro", "0"}}));
+  CHECK(plant.get(0x6502) == 0);
+  plant.write("606000", "03000000", "2F");
+  CHECK(plant.get(0x6061) == 3);
 }
 
 TEST_CASE("A drive with two axes: each moves alone, by its own objects") {

@@ -64,11 +64,13 @@ TEST_CASE("Interpolated position: a buffer of points, one a period and without S
   CHECK(bench.write(0x60C1, 1, 3'000) == AbortCode::kNone);  // by SDO it is
   bench.set(0x60C1, 1, 9'000);                               // no room
   bench.sync().pass(kSecond).shows({.status = kEnabled, .position = 0});
+  CHECK(bench.get(0x60C4, 4) == 4);
   bench.control(0x001F).pass(5'000).shows({.status = kEnabled | kBit12, .position = 500});
   bench.pass(5'000).shows({.position = 1'000}).sync();
   bench.pass(5'000).shows({.position = 1'250, .velocity = 50'000});
   bench.pass(5'000).shows({.position = 1'500});
   bench.pass(10'000).shows({.status = kEnabled | kBit12, .position = 3'000});
+  CHECK(bench.get(0x60C4, 4) == 0);
   bench.pass(10'000).shows({.status = kEnabled | kBit12 | kReached, .position = 3'000});
   bench.set(0x60C1, 1, 4'000).pass(2'500).shows({.status = kEnabled | kBit12, .position = 3'250});
   bench.set(0x60C1, 1, 5'000);

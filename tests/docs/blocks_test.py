@@ -157,7 +157,7 @@ def look_for_names(command):
 class Pages:
     def __init__(self, folder):
         self.job = ci_files.repository(folder / "job")
-        for file in [*(ROOT / "plants").glob("*.*"), *(ROOT / "packaging").glob("Containerfile")]:
+        for file in [*(ROOT / "plants").glob("*.*"), *(ROOT / "plants/quirks").glob("*"), *(ROOT / "packaging").glob("Containerfile")]:
             shutil.copy(file, self.job)
         (folder / "devices").mkdir()
         for place in (self.job, folder / "devices"):
@@ -296,7 +296,9 @@ class Pages:
             self.compare(self.with_plant(EXAMPLES[file.stem]), block, page)
 
     def lua(self, block, page):
-        """Checks it as the script of a device with the objects 2000h and 2001h; tests/plant/lua_test.cpp runs it."""
+        """Checks it as the script of a device with the objects 2000h and 2001h; tests/plant/lua_test.cpp runs it. One beside a device is in plants/quirks."""
+        if "before_update" in block.text and not stands_in(block, "plants/quirks"):
+            raise Wrong("is in no script of plants/quirks")
         (self.job / "page.lua").write_text(block.text)
         (self.job / "lua.toml").write_text('[[node]]\nid = 20\neds = "tank.lua"\ndevice = "page.lua"\n')
         self.run("cbcan-sim", "--check", "--config", "lua.toml")

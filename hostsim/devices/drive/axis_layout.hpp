@@ -3,7 +3,9 @@
 
 /// The machine moved by a drive, as the plant file describes it.
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 
 namespace cbcan::devices {
@@ -19,6 +21,13 @@ struct AxisLoad {
   bool operator==(const AxisLoad&) const = default;
 };
 
+/// What positions and velocities of the controller are in, where the file does not say so.
+enum class PositionUnit : std::uint8_t { kIncrement, kRevolution, kDegree };
+enum class VelocityUnit : std::uint8_t { kIncrement, kRevolution, kRevolutionPerMinute, kDegree };
+/// Their values in 60A8h and 60A9h.
+inline constexpr std::array<std::uint32_t, 3> kPositionUnits{0x00B50000, 0x00B40000, 0x00410000};
+inline constexpr std::array<std::uint32_t, 4> kVelocityUnits{0x00B50300, 0x00B40300, 0x00B44700, 0x00410300};
+
 /// Positions of the switches, in increments from the power-on position. A limit switch is active from its
 /// position outwards, the home switch from home_low to home_high. Hard stops are `stops_beyond` outside the
 /// limit switches. A side without a limit switch has no hard stop either; homing then assumes the switch at
@@ -32,6 +41,8 @@ struct AxisLayout {
   double home_high = 250'000;
   double stops_beyond = 50'000;
   AxisLoad load = {};
+  std::optional<PositionUnit> position_unit{};
+  std::optional<VelocityUnit> velocity_unit{};
 
   /// The limit switches as homing assumes them.
   double negative_end() const { return negative_limit.value_or(-kFarEnd); }

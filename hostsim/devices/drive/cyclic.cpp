@@ -67,6 +67,7 @@ void InterpolatedPosition::run(const ModeInput& input, Time now) {
   }
   for (; active_ && !points_.empty() && now >= line_ends_; points_.pop_front())
     draw_line(points_.front(), input, now, true);
+  objects_.interpolation_points.set(static_cast<std::uint16_t>(points_.size()));
 }
 
 void InterpolatedPosition::take_point() {

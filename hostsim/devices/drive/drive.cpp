@@ -157,7 +157,7 @@ Mode* Drive::mode_of(std::int8_t number) {
 /// 6502h has a bit for each mode, from mode 1 on; "no mode" is always supported.
 bool Drive::supports(std::int8_t mode) {
   if (mode == 0) return true;
-  return mode_of(mode) != nullptr && (objects_.supported_modes.get() >> (mode - 1) & 1) != 0;
+  return mode_of(mode) != nullptr && objects_.supports(mode);
 }
 
 /// Homing handles the switches of the axis itself.

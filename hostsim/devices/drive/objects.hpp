@@ -2,8 +2,9 @@
 #pragma once
 
 /// The objects of CiA 402 that an axis reads and writes, looked up once. An object without value, or missing
-/// from the dictionary, has the default given here. A limit of 0 is no limit, and a 6502h of 0 means all
-/// modes, but 2 and 7 only with 6042h and 60C1h: EDS files leave such values to the drive.
+/// from the dictionary, has the default given here. A limit of 0 is no limit. All modes are supported, but 2
+/// and 7 only with 6042h and 60C1h, if 6502h is missing or has no value, or 0: EDS files leave that to the
+/// drive.
 
 #include <array>
 #include <cstdint>
@@ -50,14 +51,16 @@ struct DriveObjects {
   static constexpr std::uint32_t kInterpolatedMode = 0x00000040;
   static constexpr std::uint32_t kAllModes = 0x000003EF;
 
-  explicit DriveObjects(ObjectDictionary& dictionary, std::uint16_t offset = 0) : d{dictionary, offset} {
-    if (supported_modes.get() == 0) supported_modes.set(modes());
-  }
+  explicit DriveObjects(ObjectDictionary& dictionary, std::uint16_t offset = 0) : d{dictionary, offset} {}
 
   /// Leaves out those for which the dictionary has no set-point.
   std::uint32_t modes() const {
     return kAllModes & ~(vl_target.exists() ? 0 : kVelocityMode) &
            ~(interpolation_data.exists() ? 0 : kInterpolatedMode);
+  }
+  bool supports(std::int8_t number) const {
+    const std::uint32_t named = supported_modes.get();
+    return ((named != 0 ? named : modes()) >> (number - 1) & 1) != 0;
   }
 
   Place d;
@@ -119,6 +122,10 @@ struct DriveObjects {
   Bound<std::uint32_t> profile_deceleration{d, 0x6084, 0};
   Bound<std::uint32_t> quick_stop_deceleration{d, 0x6085, 0};
   Bound<std::uint32_t> torque_slope{d, 0x6087, 0};
+  Bound<std::int8_t> position_notation{d, 0x6089, 0};
+  Bound<std::uint8_t> position_dimension{d, 0x608A, 0};
+  Bound<std::int8_t> velocity_notation{d, 0x608B, 0};
+  Bound<std::uint8_t> velocity_dimension{d, 0x608C, 0};
   Quotient<std::uint32_t> encoder{d, 0x608F, 1};  ///< increments / motor revolutions
   Quotient<std::uint32_t> gear{d, 0x6091, 1};     ///< motor revolutions / shaft revolutions
   Quotient<std::uint32_t> feed{d, 0x6092, 1};     ///< feed / shaft revolutions
@@ -141,6 +148,7 @@ struct DriveObjects {
       {{d, 0x60BA, 0}, {d, 0x60BB, 0}, {d, 0x60BC, 0}, {d, 0x60BD, 0}}};
   Bound<std::int32_t> interpolation_data{d, 0x60C1, 1};
   Bound<std::uint32_t> interpolation_buffer{d, 0x60C4, 2, 1};
+  Bound<std::uint16_t> interpolation_points{d, 0x60C4, 4};  ///< in the buffer
   Bound<std::uint8_t> interpolation_time{d, 0x60C2, 1, 1};
   Bound<std::int8_t> interpolation_exponent{d, 0x60C2, 2, -3};
   Bound<std::uint16_t> positioning_option{d, 0x60F2, 0};

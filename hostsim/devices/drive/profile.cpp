@@ -21,13 +21,16 @@ constexpr std::uint8_t denominator_of(std::uint32_t unit) {
   return static_cast<std::uint8_t>(unit >> 8);
 }
 
+constexpr std::uint8_t kMetre = 0x01;
+constexpr std::uint8_t kSecond = 0x03;
 constexpr std::uint8_t kDegree = 0x41;
 constexpr std::uint8_t kMinute = 0x47;
+constexpr std::uint8_t kHour = 0x48;
 constexpr std::uint8_t kRevolution = 0xB4;
 constexpr std::uint8_t kIncrement = 0xB5;
 
 double seconds_in(std::uint32_t unit) {
-  return denominator_of(unit) == kMinute ? 60 : 1;
+  return denominator_of(unit) == kMinute ? 60 : denominator_of(unit) == kHour ? 3600 : 1;
 }
 
 constexpr double kSecondsPerTick = 1e-6;
@@ -54,7 +57,28 @@ Time ticks_after(Time start, double seconds) {
   return ticks < kFar ? start + static_cast<Time>(ticks) : kNever;
 }
 
+/// A unit of DSP 402 V2.
+struct Dimension {
+  std::uint8_t index, numerator, denominator;
+};
+constexpr auto kDimensions = std::to_array<Dimension>({{0x01, kMetre, 0},
+                                                       {0x41, kDegree, 0},
+                                                       {0xA3, kRevolution, kSecond},
+                                                       {0xA4, kRevolution, kMinute},
+                                                       {0xA5, kRevolution, kHour},
+                                                       {0xA6, kMetre, kSecond},
+                                                       {0xA7, kMetre, kMinute},
+                                                       {0xA8, kMetre, kHour},
+                                                       {0xAC, kIncrement, 0}});
+
 }  // namespace
+
+std::uint32_t si_unit(std::int8_t notation, std::uint8_t dimension) {
+  const auto* const unit = std::ranges::find(kDimensions, dimension, &Dimension::index);
+  if (unit == kDimensions.end()) return 0;
+  return std::uint32_t{static_cast<std::uint8_t>(notation)} << 24 | std::uint32_t{unit->numerator} << 16 |
+         std::uint32_t{unit->denominator} << 8;
+}
 
 Units::Factor Units::Factor::times_ten_to(int exponent) const {
   const double power = std::pow(10.0, std::abs(exponent));

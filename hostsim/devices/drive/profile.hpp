@@ -33,6 +33,10 @@ struct UnitFactors {
   bool operator==(const UnitFactors&) const = default;
 };
 
+/// A unit as in 60A8h or 60A9h, from the notation and dimension index of older files (6089h to 608Ch; DSP 402
+/// V2, dimension indices); 0 = they name no unit of positions or velocities.
+std::uint32_t si_unit(std::int8_t notation, std::uint8_t dimension);
+
 /// Conversion of user-defined units to increments of the position encoder. The first of the following that
 /// the file has and that is not 1 : 1 applies.
 ///

@@ -28,6 +28,7 @@ constexpr std::array kTypes{
     TypeName{"u16", kUnsigned16}, TypeName{"u32", kUnsigned32}, TypeName{"u64", kUnsigned64},
     TypeName{"f32", kReal32},     TypeName{"f64", kReal64},     TypeName{"text", kVisibleString}};
 constexpr std::array<std::string_view, 4> kAccesses{"rw", "ro", "wo", "const"};
+constexpr std::string_view kNoAccess = "none";  ///< the device has no such object
 constexpr std::array<std::string_view, 3> kPdos{"", "tx", "rx"};
 
 constexpr std::array<std::string_view, 7> kObjectNumbers{"index", "sub",    "default", "low",
@@ -376,9 +377,17 @@ std::vector<sim::Point> declared_points(Script& script) {
   return points;
 }
 
-std::string declared_eds(Script& script, std::string_view file) {
+std::vector<std::uint16_t> removed_objects(Script& script) {
   const std::vector<Script::Record> records = script.records("objects", kMostObjects);
-  if (records.empty())
+  std::vector<std::uint16_t> indices;
+  for (const auto& [index, sub, fields] : declared(script, records))
+    if (fields.text("access") == kNoAccess) indices.push_back(index);
+  return indices;
+}
+
+std::string declared_eds(Script& script, std::string_view file, bool is_beside) {
+  const std::vector<Script::Record> records = script.records("objects", kMostObjects);
+  if (records.empty() && !is_beside)
     throw ScriptError(
         fmt::format("{}: has no table objects; add it, or eds = \"FILE.eds\" to the node", file), 0);
   std::vector<Script::Record> described = script.records("device", 1);
@@ -390,6 +399,7 @@ std::string declared_eds(Script& script, std::string_view file) {
   PdoWriter rpdos(entries, false), tpdos(entries, true);
   for (const Declared& object : declared(script, records)) {
     const Fields& fields = object.fields;
+    if (is_beside && fields.text("type").empty()) continue;
     const DataType type = type_of(fields);
     const std::string access = fields.text("access"), pdo = fields.text("pdo");
     const std::string_view given =

@@ -37,7 +37,7 @@ constexpr const char* kBlockType = "block";
 constexpr std::size_t kBytesOfBlock = 600;
 constexpr std::size_t kBytesOfChange = sizeof(std::pair<Time, double>);
 
-class LuaDevice final : public sim::Behaviour {
+class LuaDevice final : public LuaBehaviour {
  public:
   LuaDevice(sim::DeviceNode& node, std::uint64_t seed, std::string name, std::string text)
       : node_(node), seed_(seed), name_(std::move(name)), text_(std::move(text)) {
@@ -103,6 +103,7 @@ class LuaDevice final : public sim::Behaviour {
     return AbortCode::kNone;
   }
 
+  void before_update(Time now) override { call("before_update", now); }
   void on_sync(Time now) override { call("on_sync", now); }
   void on_state(nmt::State state, Time now) override {
     if (state == nmt::State::kStopped) call("on_state", now, std::string_view("stopped"));
@@ -431,18 +432,26 @@ int no_block(lua_State* state) {
   return 1;
 }
 
-}  // namespace
-
-std::string eds_of_script(const std::string& name, std::string_view script) {
+std::unique_ptr<Script> load(const std::string& name, std::string_view script) {
   auto functions = LuaDevice::kFunctions;
   for (luaL_Reg& function : functions)
     function.func = std::string_view(function.name) == kBlockType ? no_block : no_number;
-  Script loaded(name, script, 0, functions, nullptr);
-  return declared_eds(loaded, name);
+  return std::make_unique<Script>(name, script, 0, functions, nullptr);
 }
 
-std::unique_ptr<sim::Behaviour> make_lua_device(sim::DeviceNode& node, std::uint64_t seed,
-                                                const std::string& name, const std::string& script) {
+}  // namespace
+
+std::string eds_of_script(const std::string& name, std::string_view script) {
+  return declared_eds(*load(name, script), name, false);
+}
+
+ObjectChanges changes_of_script(const std::string& name, std::string_view script) {
+  const auto loaded = load(name, script);
+  return {declared_eds(*loaded, name, true), removed_objects(*loaded)};
+}
+
+std::unique_ptr<LuaBehaviour> make_lua_device(sim::DeviceNode& node, std::uint64_t seed,
+                                              const std::string& name, const std::string& script) {
   return std::make_unique<LuaDevice>(node, seed, name, script);
 }
 

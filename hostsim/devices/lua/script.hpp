@@ -162,8 +162,12 @@ class Script {
 /// Points of the objects with `show`: inputs, then outputs, then curves. Throws ScriptError.
 std::vector<sim::Point> declared_points(Script& script);
 
+/// See ObjectChanges of lua_device.hpp. Throws ScriptError.
+std::vector<std::uint16_t> removed_objects(Script& script);
+
 /// An EDS file with these objects, those that CiA 301 requires, heartbeat, EMCY, stored parameters, and PDOs
-/// with the default mapping. `file`: its name, of the script. Throws ScriptError.
-std::string declared_eds(Script& script, std::string_view file);
+/// with the default mapping. `file`: its name, of the script. `is_beside`: objects without a type are those
+/// of the device. Throws ScriptError.
+std::string declared_eds(Script& script, std::string_view file, bool is_beside);
 
 }  // namespace cbcan::devices
