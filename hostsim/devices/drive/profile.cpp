@@ -74,7 +74,7 @@ constexpr auto kDimensions = std::to_array<Dimension>({{0x01, kMetre, 0},
 }  // namespace
 
 std::uint32_t si_unit(std::int8_t notation, std::uint8_t dimension) {
-  const auto* const unit = std::ranges::find(kDimensions, dimension, &Dimension::index);
+  const auto unit = std::ranges::find(kDimensions, dimension, &Dimension::index);
   if (unit == kDimensions.end()) return 0;
   return std::uint32_t{static_cast<std::uint8_t>(notation)} << 24 | std::uint32_t{unit->numerator} << 16 |
          std::uint32_t{unit->denominator} << 8;
