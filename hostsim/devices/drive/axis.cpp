@@ -185,11 +185,6 @@ double Axis::most_torque() const {
   return current == 0 ? torque : std::min(torque, current);
 }
 
-/// The first of them that is not 0.
-std::uint32_t first_unit(std::uint32_t si_unit, std::uint32_t older, std::uint32_t of_plant) {
-  return si_unit != 0 ? si_unit : older != 0 ? older : of_plant;
-}
-
 void Axis::take_over_units() {
   const UnitFactors factors{
       {objects_.encoder.up.get(), objects_.encoder.down.get()},
@@ -198,14 +193,12 @@ void Axis::take_over_units() {
       {objects_.position_factor.up.get(), objects_.position_factor.down.get()},
       {objects_.velocity_encoder_factor.up.get(), objects_.velocity_encoder_factor.down.get()},
       {objects_.velocity_factor.up.get(), objects_.velocity_factor.down.get()},
-      first_unit(
-          objects_.si_unit_position.get(),
-          si_unit(objects_.position_notation.get(), objects_.position_dimension.get()),
-          layout_.position_unit ? kPositionUnits[static_cast<std::size_t>(*layout_.position_unit)] : 0),
-      first_unit(
-          objects_.si_unit_velocity.get(),
-          si_unit(objects_.velocity_notation.get(), objects_.velocity_dimension.get()),
-          layout_.velocity_unit ? kVelocityUnits[static_cast<std::size_t>(*layout_.velocity_unit)] : 0),
+      objects_.si_unit_position.get(),
+      objects_.si_unit_velocity.get(),
+      {objects_.position_notation.get(), objects_.position_dimension.get()},
+      {objects_.velocity_notation.get(), objects_.velocity_dimension.get()},
+      layout_.si_position(),
+      layout_.si_velocity(),
   };
   if (factors != factors_) {
     factors_ = factors;

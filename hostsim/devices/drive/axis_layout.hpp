@@ -24,7 +24,6 @@ struct AxisLoad {
 /// What positions and velocities of the controller are in, where the file does not say so.
 enum class PositionUnit : std::uint8_t { kIncrement, kRevolution, kDegree };
 enum class VelocityUnit : std::uint8_t { kIncrement, kRevolution, kRevolutionPerMinute, kDegree };
-/// Their values in 60A8h and 60A9h.
 inline constexpr std::array<std::uint32_t, 3> kPositionUnits{0x00B50000, 0x00B40000, 0x00410000};
 inline constexpr std::array<std::uint32_t, 4> kVelocityUnits{0x00B50300, 0x00B40300, 0x00B44700, 0x00410300};
 
@@ -44,6 +43,13 @@ struct AxisLayout {
   std::optional<PositionUnit> position_unit{};
   std::optional<VelocityUnit> velocity_unit{};
 
+  /// As in 60A8h and 60A9h; 0 = not given.
+  std::uint32_t si_position() const {
+    return position_unit ? kPositionUnits[static_cast<std::size_t>(*position_unit)] : 0;
+  }
+  std::uint32_t si_velocity() const {
+    return velocity_unit ? kVelocityUnits[static_cast<std::size_t>(*velocity_unit)] : 0;
+  }
   /// The limit switches as homing assumes them.
   double negative_end() const { return negative_limit.value_or(-kFarEnd); }
   double positive_end() const { return positive_limit.value_or(kFarEnd); }

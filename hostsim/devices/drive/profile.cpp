@@ -71,14 +71,22 @@ constexpr auto kDimensions = std::to_array<Dimension>({{0x01, kMetre, 0},
                                                        {0xA8, kMetre, kHour},
                                                        {0xAC, kIncrement, 0}});
 
-}  // namespace
-
-std::uint32_t si_unit(std::int8_t notation, std::uint8_t dimension) {
-  const auto unit = std::ranges::find(kDimensions, dimension, &Dimension::index);
+/// As in 60A8h or 60A9h; 0 = it names no unit of positions or velocities.
+std::uint32_t si_unit(const NamedDimension& named) {
+  const auto unit = std::ranges::find(kDimensions, named.dimension, &Dimension::index);
   if (unit == kDimensions.end()) return 0;
-  return std::uint32_t{static_cast<std::uint8_t>(notation)} << 24 | std::uint32_t{unit->numerator} << 16 |
-         std::uint32_t{unit->denominator} << 8;
+  return std::uint32_t{static_cast<std::uint8_t>(named.notation)} << 24 |
+         std::uint32_t{unit->numerator} << 16 | std::uint32_t{unit->denominator} << 8;
 }
+
+/// The first of them that names a unit.
+std::uint32_t named_unit(std::uint32_t si_unit_of_file, const NamedDimension& older, std::uint32_t of_plant) {
+  if (si_unit_of_file != 0) return si_unit_of_file;
+  const std::uint32_t named = si_unit(older);
+  return named != 0 ? named : of_plant;
+}
+
+}  // namespace
 
 Units::Factor Units::Factor::times_ten_to(int exponent) const {
   const double power = std::pow(10.0, std::abs(exponent));
@@ -95,7 +103,10 @@ Units::Factor Units::size_of(std::uint32_t unit, const Factor& shaft) {
   }
 }
 
-Units::Units(const UnitFactors& factors) {
+Units::Units(const UnitFactors& of_file) {
+  UnitFactors factors = of_file;
+  factors.si_position = named_unit(of_file.si_position, of_file.older_position, of_file.position_of_plant);
+  factors.si_velocity = named_unit(of_file.si_velocity, of_file.older_velocity, of_file.velocity_of_plant);
   const Factor encoder = Factor{}.times(factors.encoder);
   knows_revolutions_ = encoder.up > encoder.down;
   const Factor turn = knows_revolutions_ ? encoder : Factor{kNominalResolution, 1};

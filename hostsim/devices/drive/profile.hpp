@@ -21,6 +21,13 @@ struct Ratio {
   constexpr bool is_other_than_1() const { return counts() && up != down; }
 };
 
+/// A unit of DSP 402 V2: 6089h and 608Ah, or 608Bh and 608Ch.
+struct NamedDimension {
+  std::int8_t notation = 0;  ///< power of ten
+  std::uint8_t dimension = 0;
+  bool operator==(const NamedDimension&) const = default;
+};
+
 struct UnitFactors {
   Ratio encoder{};                ///< 608Fh: increments, motor revolutions
   Ratio gear{};                   ///< 6091h: motor revolutions, shaft revolutions
@@ -30,12 +37,12 @@ struct UnitFactors {
   Ratio velocity{};               ///< 6096h
   std::uint32_t si_position = 0;  ///< 60A8h
   std::uint32_t si_velocity = 0;  ///< 60A9h
+  // Where these are 0.
+  NamedDimension older_position{}, older_velocity{};
+  // Where the file says nothing, as in 60A8h and 60A9h.
+  std::uint32_t position_of_plant = 0, velocity_of_plant = 0;
   bool operator==(const UnitFactors&) const = default;
 };
-
-/// A unit as in 60A8h or 60A9h, from the notation and dimension index of older files (6089h to 608Ch; DSP 402
-/// V2, dimension indices); 0 = they name no unit of positions or velocities.
-std::uint32_t si_unit(std::int8_t notation, std::uint8_t dimension);
 
 /// Conversion of user-defined units to increments of the position encoder. The first of the following that
 /// the file has and that is not 1 : 1 applies.
