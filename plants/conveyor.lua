@@ -21,6 +21,7 @@ objects = {
 
 local fronts = {}                            -- positions of the pieces' front edges, in mm
 local speed, wanted, since, blocked, fallen, gate = 0, 0, 0, false, 0, false
+local edge                                   -- the next time of an edge; false = never, nil = to be found
 
 -- The distance moved in t seconds, and the speed after them.
 local function motion(t)
@@ -85,22 +86,24 @@ local function next_edge(now)
   return first and now + first
 end
 
-function reset(now) speed, wanted, since = 0, 0, now end
+function reset(now) speed, wanted, since, edge = 0, 0, now, nil end
 
 function update(now)
   pass(now)
+  local before, places = wanted, get(0x2002) ~= 0
   wanted = math.max(-2000, math.min(2000, get(0x2001)))
-  if get(0x2002) ~= 0 and not gate then table.insert(fronts, 0) end
-  gate = get(0x2002) ~= 0
+  if places and not gate then table.insert(fronts, 0) end
+  if wanted ~= before or places ~= gate or edge and now >= edge then edge = nil end
+  gate = places
   set(0x2000, 0, speed)
   set(0x2003, 0, seen())
   set(0x2004, 0, fallen)
-  local edge = next_edge(now)
-  if speed == wanted or blocked then return edge end
+  if edge == nil then edge = next_edge(now) or false end
+  if speed == wanted or blocked then return edge or nil end
   return math.min(edge or math.huge, now + 0.01, now + math.abs(wanted - speed) / ramp)
 end
 
 function on_incident(_, present, now)
   pass(now)
-  speed, blocked = 0, present
+  speed, blocked, edge = 0, present, nil
 end

@@ -294,7 +294,7 @@ Response Client::exchange(int unit, const Request& request) {
 std::optional<Response> Client::attempt(int unit, const Request& request) {
   const unsigned ends = connection_->ends();
   bool sent = false;
-  milliseconds pause{};  // what has been answered is there at the end of a `pass` of any duration
+  bool first = true;
   while (connection_->ends() == ends) {
     const Time time = now().count();
     connection_->poll(time);
@@ -304,7 +304,7 @@ std::optional<Response> Client::attempt(int unit, const Request& request) {
     }
     if (connection_->response_due())
       if (std::optional<Response> response = connection_->receive(time)) return response;
-    if (connection_->ends() == ends) wait_for_connection(std::exchange(pause, kPollInterval));
+    if (connection_->ends() == ends) wait_for_connection(std::exchange(first, false));
   }
   if (sent) return std::nullopt;
   if (settings_.rtu.empty())
@@ -312,12 +312,18 @@ std::optional<Response> Client::attempt(int unit, const Request& request) {
   throw Error(Error::Cause::kNoDevice, connection_->problem());
 }
 
-/// For its events or deadline.
-void Client::wait_for_connection(milliseconds pause) {
-  if (settings_.pass && connection_->response_due()) return this->pause(pause);
+/// For its events or deadline. What has been answered is there at the end of a `pass` of any duration, and
+/// mostly long before.
+void Client::wait_for_connection(bool first) {
+  constexpr microseconds kMostly = milliseconds(20);
+  const bool passes = settings_.pass && connection_->response_due();
+  if (passes && !first) return pause(kPollInterval);
   pollfd waiting{connection_->descriptor(), connection_->events(), 0};
   const microseconds left = std::max(microseconds(connection_->deadline()) - now(), microseconds(0));
-  if (::poll(&waiting, 1, static_cast<int>((left.count() + 999) / 1000)) == 0) passed_ += left;
+  const microseconds most = passes ? kMostly : left;
+  if (::poll(&waiting, 1, static_cast<int>((most.count() + 999) / 1000)) != 0) return;
+  if (passes) return pause(milliseconds(0));
+  passed_ += left;
 }
 
 std::string Client::place() const {

@@ -43,7 +43,7 @@ struct AxisLayout {
   std::optional<PositionUnit> position_unit{};
   std::optional<VelocityUnit> velocity_unit{};
 
-  /// As in 60A8h and 60A9h; 0 = not given.
+  /// A value of 60A8h, of 60A9h; 0 = not given.
   std::uint32_t si_position() const {
     return position_unit ? kPositionUnits[static_cast<std::size_t>(*position_unit)] : 0;
   }

@@ -71,7 +71,7 @@ constexpr auto kDimensions = std::to_array<Dimension>({{0x01, kMetre, 0},
                                                        {0xA8, kMetre, kHour},
                                                        {0xAC, kIncrement, 0}});
 
-/// As in 60A8h or 60A9h; 0 = it names no unit of positions or velocities.
+/// A value of 60A8h or 60A9h; 0 = it names no unit of positions or velocities.
 std::uint32_t si_unit(const NamedDimension& named) {
   const auto unit = std::ranges::find(kDimensions, named.dimension, &Dimension::index);
   if (unit == kDimensions.end()) return 0;

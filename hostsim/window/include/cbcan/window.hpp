@@ -231,7 +231,7 @@ class Client {
   Response checked(const Request& request);
   std::optional<Response> attempt(int unit, const Request& request);
   void wait_for_result();
-  void wait_for_connection(std::chrono::milliseconds pause);
+  void wait_for_connection(bool first);
   bool interrupted() const { return settings_.interrupted && settings_.interrupted(); }
   [[noreturn]] void give_up(Error::Cause why, const std::string& before, const std::string& after);
 
