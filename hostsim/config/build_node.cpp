@@ -107,8 +107,10 @@ class Builder {
     for (const InitialValue& initial : node_.objects)
       if (const std::string wrong = put(initial, dictionary, image); !wrong.empty())
         complain(initial.place, wrong);
-    if (!devices::is_script(node_.device)) choose_device(dictionary);
-    check_modes(dictionary, *file.description());
+    if (!devices::is_script(node_.device)) {
+      choose_device(dictionary);
+      check_modes(dictionary, *file.description());
+    }
     for (const ObjectEntry& entry : image.entries)
       if (descriptions::is_mapping(entry.index) && entry.first_sub == 0)
         check_mapping(dictionary, entry.index);
@@ -137,8 +139,8 @@ class Builder {
   void check_modes(const ObjectDictionary& dictionary, const descriptions::DeviceDescription& description) {
     constexpr std::uint16_t kModes = 0x6502;
     const descriptions::Object* const modes = description.find(kModes, 0);
-    const bool is_drive = kind_ != nullptr && kind_->name == kDrive;
-    if (!is_drive || modes == nullptr || !modes->has_value || dictionary.get(kModes, 0) != 0) return;
+    if (kind_->name != kDrive || modes == nullptr || !modes->has_value || dictionary.get(kModes, 0) != 0)
+      return;
     build_.warnings.push_back(fmt::format(
         "{}:{}: 6502h is 0, and so a master reads it; `objects` of the node can say which modes the "
         "drive has",

@@ -15,17 +15,17 @@ namespace {
 descriptions::Result read(const std::string& text, const std::string& name, std::uint8_t node_id,
                           const devices::ObjectChanges& changes) {
   descriptions::Result result = descriptions::read(text, name, node_id, devices::standard_type);
-  std::vector<descriptions::Object>& objects = result.device.objects;
-  const std::vector<descriptions::Object> of_file = objects;
-  const auto has = [](const auto& all, std::uint16_t index) {
-    return std::ranges::any_of(all,
-                               [index](const descriptions::Object& each) { return each.index == index; });
-  };
-  std::erase_if(objects,
-                [&](const auto& each) { return std::ranges::count(changes.removed, each.index) != 0; });
   if (changes.eds.empty()) return result;
-  for (const auto& object : descriptions::read(changes.eds, name, node_id).device.objects)
-    if (object.index >= object::kFirstManufacturer && !has(of_file, object.index)) objects.push_back(object);
+  std::vector<descriptions::Object>& objects = result.device.objects;
+  std::vector<descriptions::Object> added = descriptions::read(changes.eds, name, node_id).device.objects;
+  std::erase_if(added, [&](const descriptions::Object& each) {
+    return each.index < object::kFirstManufacturer ||
+           std::ranges::count(objects, each.index, &descriptions::Object::index) != 0;
+  });
+  std::erase_if(objects, [&](const descriptions::Object& each) {
+    return std::ranges::count(changes.removed, each.index) != 0;
+  });
+  objects.insert(objects.end(), added.begin(), added.end());
   std::ranges::stable_sort(objects, {}, &descriptions::Object::index);
   return result;
 }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kAdapterBaud = 115'200;  ///< USB adapters ignore it
 
-/// At the address, if the line has no device.
+/// A line, or the address if it has no device.
 Json link(std::string_view name, std::size_t network, const config::LineConfig& line,
           const base::ListenAddress& address = {}) {
   return {{"name", name},          {"network", network},   {"device", line.device}, {"baud", line.baud},

@@ -209,7 +209,7 @@ class Session final : private plant::NetworkListener {
   bool poll_waits();
   /// The same, after what is due.
   void advance_and_answer();
-  // On a clock that does not run, with the host's variable for now():
+  // A clock that does not run; `now`: the host's variable for it.
   /// Lets time go on while a wait wants it to; true if one has ended.
   bool step(Time& now);
   void let_pass(Time duration, Time& now);

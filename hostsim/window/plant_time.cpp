@@ -3,6 +3,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <memory>
@@ -42,8 +43,12 @@ class Control {
 
   std::string next_line() {
     std::string line;
-    for (char c = 0; c != '\n'; line += c)
-      if (::recv(descriptor_, &c, 1, 0) != 1) lost("the connection is lost");
+    std::array<char, 256> come{};
+    while (line.empty() || line.back() != '\n') {
+      const ssize_t size = ::recv(descriptor_, come.data(), come.size(), 0);
+      if (size <= 0) lost("the connection is lost");
+      line.append(come.data(), static_cast<std::size_t>(size));
+    }
     return line;
   }
 

@@ -312,8 +312,8 @@ std::optional<Response> Client::attempt(int unit, const Request& request) {
   throw Error(Error::Cause::kNoDevice, connection_->problem());
 }
 
-/// For its events or deadline. What has been answered is there at the end of a `pass` of any duration, and
-/// mostly long before.
+/// Waits for its events or deadline. What has been answered is there at the end of a `pass` of any duration,
+/// and mostly long before.
 void Client::wait_for_connection(bool first) {
   constexpr microseconds kMostly = milliseconds(20);
   const bool passes = settings_.pass && connection_->response_due();

@@ -103,10 +103,10 @@ Units::Factor Units::size_of(std::uint32_t unit, const Factor& shaft) {
   }
 }
 
-Units::Units(const UnitFactors& of_file) {
-  UnitFactors factors = of_file;
-  factors.si_position = named_unit(of_file.si_position, of_file.older_position, of_file.position_of_plant);
-  factors.si_velocity = named_unit(of_file.si_velocity, of_file.older_velocity, of_file.velocity_of_plant);
+Units::Units(const UnitFactors& given) {
+  UnitFactors factors = given;
+  factors.si_position = named_unit(given.si_position, given.older_position, given.position_of_plant);
+  factors.si_velocity = named_unit(given.si_velocity, given.older_velocity, given.velocity_of_plant);
   const Factor encoder = Factor{}.times(factors.encoder);
   knows_revolutions_ = encoder.up > encoder.down;
   const Factor turn = knows_revolutions_ ? encoder : Factor{kNominalResolution, 1};

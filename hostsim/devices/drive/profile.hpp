@@ -59,7 +59,7 @@ struct UnitFactors {
 class Units {
  public:
   constexpr Units() = default;
-  explicit Units(const UnitFactors& factors);
+  explicit Units(const UnitFactors& given);
 
   /// Products up to 2^53 are exact and are divided once.
   double increments(double user) const { return user * position_.up / position_.down; }
