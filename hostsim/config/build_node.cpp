@@ -193,6 +193,9 @@ class Builder {
     sim::NodeParts& parts = *build_.node;
     parts.node_id = node_.id != 0 ? node_.id : sim::Node::kNoNodeId;
     parts.name = node_.name;
+    if (const auto* name = parts.description->find(object::kDeviceName, 0);
+        name != nullptr && parts.name.empty())
+      parts.name.assign(name->value.begin(), std::ranges::find(name->value, 0));
     parts.device = kind_ != nullptr ? kind_->name : devices::kScript;
     if (!node_.axes.empty())
       add_axes();
@@ -445,7 +448,8 @@ PlantBuild build_nodes(const Config& config, EdsFiles& files) {
     }
   }
   if (!plant.good) return plant;
-  const std::vector<std::string> wrong = check_wire_ends(config, plant.networks);
+  plant.wires = config.wires;
+  const std::vector<std::string> wrong = connect(config, plant.networks, plant.wires);
   plant.lines.insert(plant.lines.end(), wrong.begin(), wrong.end());
   plant.good = wrong.empty();
   return plant;

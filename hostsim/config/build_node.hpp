@@ -75,18 +75,24 @@ class EdsFiles {
 /// "0x6401:2", "0x6200:1.7", "output:8": a number of a node; nullopt if the text is none.
 std::optional<sim::Terminal> parse_terminal(std::string_view text);
 
-/// "66:output:8", "2/5:0x2001", "#1:0x2001".
+/// The first point of a node with this name, with `-` for blanks. Otherwise none, and `problem` lists the
+/// names.
+std::optional<sim::Point> find_point(sim::Node& node, std::string_view name, std::string& problem);
+
+/// "66:output:8", "2/5:0x2001", "#1:0x2001", "20:level".
 std::optional<WireEnd> parse_wire_end(std::string_view text);
 
 /// The index of the end's node in its network; nullopt if it is not in the plant.
 std::optional<std::size_t> place_of(const Config& config, const WireEnd& end);
 
 /// Reports ends at missing nodes, two wires or a wire and a signal at one input, and loops without delay.
-void check_wires(const Config& config, Diagnostics& found);
+/// Ends with a name are left out.
+void check_wires(const Config& config, std::span<const WireConfig> wires, Diagnostics& found);
 
-/// Reports ends that their nodes do not have, which only running nodes show. `nodes`: of all networks.
-std::vector<std::string> check_wire_ends(const Config& config,
-                                         const std::vector<std::vector<sim::NodeParts>>& nodes);
+/// Finds the names in the ends of `wires`, and reports ends that their nodes do not have, which only running
+/// nodes show. `nodes`: of all networks.
+std::vector<std::string> connect(const Config& config, const std::vector<std::vector<sim::NodeParts>>& nodes,
+                                 std::vector<WireConfig>& wires);
 
 struct NodeBuild {
   /// The node without parameters and listener; none if a file cannot be read, or a value or signal cannot be
@@ -111,6 +117,7 @@ struct PlantBuild {
   std::vector<std::vector<sim::NodeParts>> networks;  ///< the nodes of each network, in their order
   std::vector<std::vector<sim::TimedFrame>> replays;  ///< of each network, from the start on
   std::vector<NetworkImage> images;                   ///< of each network
+  std::vector<WireConfig> wires{};                    ///< of the plant, without names
   base::FileReader read;                                         ///< reads parameter files
   std::vector<std::string> lines;                                ///< messages, warnings included
   bool good = true;                                              ///< false: nodes are missing

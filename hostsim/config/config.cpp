@@ -366,7 +366,7 @@ Diagnostics check(const Config& config) {
     found.push_back(about_option(config.pcap == kStandardOutput ? "--pcap -" : "--log -",
                                  "standard output has the responses of --clock manual; name a file"));
   check_owners(config, found);
-  check_wires(config, found);
+  check_wires(config, config.wires, found);
   return found;
 }
 

@@ -203,6 +203,7 @@ struct WireEnd {
   std::size_t id = 0;     ///< 1..127, or 0
   std::size_t place = 0;  ///< from 1, if there is no ID
   sim::Terminal terminal;
+  std::string name;  ///< of a point of the node, which build_nodes() replaces by its terminal; else empty
   std::string text;  ///< as it was written
   bool operator==(const WireEnd&) const = default;
 };

@@ -67,9 +67,8 @@ Problem check_block(const Value& value) {
 
 Problem check_wire_end(const Value& value) {
   if (parse_wire_end(std::get<std::string>(value))) return {};
-  return "must be NODE:INDEX:SUB, with .BIT appended for one bit, or NODE:output:N, "
-         "NODE:analogue-output:N, "
-         "NODE:input:N or NODE:analogue-input:N; 2/NODE is on network 2";
+  return "must be NODE:INDEX:SUB, with .BIT appended for one bit, NODE:output:N, NODE:analogue-output:N, "
+         "NODE:input:N, NODE:analogue-input:N or NODE:NAME; 2/NODE is on network 2";
 }
 
 // ---- The rows
@@ -135,7 +134,7 @@ constexpr std::array kNode{
         .key = "node.id", .help = "Node ID, unique in its network",
         .more = "Only a node with `lss = true` may omit it.", .low = 1, .high = 127, .absent = kNone}),
     setting<&NodeConfig::name>({
-        .key = "node.name", .help = "Name in messages", .domain = "a name"}),
+        .key = "node.name", .help = "Name; without it that of the device, 1008h", .domain = "a name"}),
     Setting<NodeConfig>{{
         .key = "node.heartbeat_ms",
         .help = "Producer heartbeat time at power-on, object 1017h; without it the EDS file decides",

@@ -282,8 +282,7 @@ constexpr std::array kNetwork{
                 "on a manual clock it is replaced.",
         .form = Form::kPath, .domain = "a path"}),
     setting<&NetworkConfig::log_mb>({
-        .key = "log.rotate_mb", .help = kTurnsOver, .high = 1'000'000, .unit = " MB, 0 = never",
-        .instead = "let another program cut the file"}),
+        .key = "log.rotate_mb", .help = kTurnsOver, .high = 1'000'000, .unit = " MB, 0 = never"}),
 };
 
 // clang-format on

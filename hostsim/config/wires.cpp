@@ -4,6 +4,8 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cctype>
+#include <iterator>
 #include <span>
 #include <tuple>
 
@@ -30,6 +32,11 @@ std::optional<sim::Terminal> numbered_terminal(const sim::Terminals& row, std::s
                        static_cast<std::uint8_t>((*n - 1) % row.bits), row.is_output};
 }
 
+bool is_point_name(std::string_view text) {
+  return !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0 &&
+         text.find(':') == std::string_view::npos;
+}
+
 std::string complaint(const WireConfig& wire, std::string_view what) {
   return fmt::format("wire {} to {}: {}", wire.from.text, wire.to.text, what);
 }
@@ -47,15 +54,16 @@ bool delays(const WireConfig& wire) {
 
 class Check {
  public:
-  Check(const Config& config, Diagnostics& found) : config_(config), found_(found) {
-    for (const WireConfig& wire : config.wires)
+  Check(const Config& config, std::span<const WireConfig> wires, Diagnostics& found)
+      : config_(config), all_(wires), found_(found) {
+    for (const WireConfig& wire : all_)
       if (const auto to = object_at(wire.to)) wires_[*to].push_back(&wire);
-    for (const WireConfig& wire : config.wires)
+    for (const WireConfig& wire : all_)
       find_rounds(wire);
   }
 
   void check() {
-    for (const WireConfig& wire : config_.wires) {
+    for (const WireConfig& wire : all_) {
       if (wire.from.text.empty() || wire.to.text.empty()) continue;  // has been reported
       check_nodes(wire);
       if (wire.transfer.low > wire.transfer.high && wire.transfer.low && wire.transfer.high)
@@ -76,18 +84,19 @@ class Check {
     found_.push_back({wire.place, complaint(wire, what)});
   }
 
-  /// nullopt: no such node.
+  /// nullopt: no such node, or not known yet.
   std::optional<Object> object_at(const WireEnd& end) const {
     const auto place = place_of(config_, end);
-    if (!place) return std::nullopt;
+    if (!place || !end.name.empty()) return std::nullopt;
     return Object(end.network, *place, end.terminal.index, end.terminal.sub);
   }
 
   void check_nodes(const WireConfig& wire) {
     for (const WireEnd* end : {&wire.from, &wire.to})
-      if (!object_at(*end)) complain(wire, fmt::format("{}: there is no such node in the plant", end->text));
+      if (!place_of(config_, *end))
+        complain(wire, fmt::format("{}: there is no such node in the plant", end->text));
     const auto place = place_of(config_, wire.to);
-    if (!place) return;
+    if (!place || !wire.to.name.empty()) return;
     const std::pair object(wire.to.terminal.index, wire.to.terminal.sub);
     for (const SignalConfig& signal : config_.networks[wire.to.network - 1].nodes[*place].signals)
       if (object_of(signal) == object)
@@ -116,7 +125,7 @@ class Check {
   }
 
   std::size_t number_of(const WireConfig& wire) const {
-    return static_cast<std::size_t>(&wire - config_.wires.data());
+    return static_cast<std::size_t>(&wire - all_.data());
   }
 
   /// Follows wires without delay backwards, depth first: one that is met on its own way is part of a loop.
@@ -151,12 +160,31 @@ class Check {
   }
 
   const Config& config_;
+  std::span<const WireConfig> all_;
   Diagnostics& found_;
   std::map<Object, std::vector<const WireConfig*>> wires_;  ///< by their target
   enum class State : std::uint8_t { kNew, kOnWay, kDone };
-  std::vector<State> states_ = std::vector<State>(config_.wires.size());  ///< by wire, in find_rounds()
-  std::vector<bool> rounds_ = std::vector<bool>(config_.wires.size());    ///< by wire: it is part of a loop
+  std::vector<State> states_ = std::vector<State>(all_.size());  ///< by wire, in find_rounds()
+  std::vector<bool> rounds_ = std::vector<bool>(all_.size());    ///< by wire: it is part of a loop
 };
+
+/// Replaces a name by its terminal. Returns what is wrong with the end.
+std::string find_terminal(sim::Node& node, WireEnd& end, bool is_source) {
+  if (!end.name.empty()) {
+    std::string problem;
+    const auto point = find_point(node, end.name, problem);
+    if (!point) return problem;
+    end.terminal = {point->index, point->sub, std::nullopt, false};
+    end.terminal.is_output = is_source && point->kind != sim::Point::Kind::kCurve;
+    if (!node.number(end.terminal)) end.terminal.is_output = false;
+    end.name.clear();
+  }
+  const sim::Terminal& terminal = end.terminal;
+  if (is_source ? node.number(terminal).has_value() : node.set_input(terminal.index, terminal.sub, 0, 0))
+    return {};
+  return fmt::format("the node, whose device is {}, has no such {} as {}; cbcan-sim eds prints its objects",
+                     node.device_name(), is_source ? "output or number" : "input", end.text);
+}
 
 }  // namespace
 
@@ -192,10 +220,29 @@ std::optional<WireEnd> parse_wire_end(std::string_view text) {
   const bool by_place = node.starts_with('#');
   const auto node_number = number(node.substr(by_place ? 1 : 0), by_place ? 0xFFFF : 127);
   const auto terminal = parse_terminal(rest);
-  if (!node_number || *node_number == 0 || !terminal) return std::nullopt;
+  if (!node_number || *node_number == 0) return std::nullopt;
   (by_place ? end.place : end.id) = *node_number;
-  end.terminal = *terminal;
+  if (terminal)
+    end.terminal = *terminal;
+  else if (is_point_name(rest))
+    end.name = rest;
+  else
+    return std::nullopt;
   return end;
+}
+
+std::optional<sim::Point> find_point(sim::Node& node, std::string_view name, std::string& problem) {
+  std::vector<std::string> names;
+  for (sim::Point& point : node.points()) {
+    std::ranges::replace(point.name, ' ', '-');
+    if (point.name == name) return std::move(point);
+    if (std::ranges::find(names, point.name) == names.end()) names.push_back(std::move(point.name));
+  }
+  const std::vector<std::string_view> known(names.begin(), names.end());
+  const std::string hint = base::did_you_mean(name, known);
+  const std::string list = known.empty() ? "" : "; its names are " + base::listed(known, ", ");
+  problem = fmt::format("\"{}\": the node has no such object{}", name, hint.empty() ? list : hint);
+  return std::nullopt;
 }
 
 std::optional<std::size_t> place_of(const Config& config, const WireEnd& end) {
@@ -207,12 +254,12 @@ std::optional<std::size_t> place_of(const Config& config, const WireEnd& end) {
   return static_cast<std::size_t>(found - nodes.begin());
 }
 
-void check_wires(const Config& config, Diagnostics& found) {
-  Check(config, found).check();
+void check_wires(const Config& config, std::span<const WireConfig> wires, Diagnostics& found) {
+  Check(config, wires, found).check();
 }
 
-std::vector<std::string> check_wire_ends(const Config& config,
-                                         const std::vector<std::vector<sim::NodeParts>>& nodes) {
+std::vector<std::string> connect(const Config& config, const std::vector<std::vector<sim::NodeParts>>& nodes,
+                                 std::vector<WireConfig>& wires) {
   sim::World world;
   std::map<std::pair<std::size_t, std::size_t>, sim::Node*> trials;
   const auto trial_of = [&](const WireEnd& end) -> sim::Node& {
@@ -221,27 +268,25 @@ std::vector<std::string> check_wire_ends(const Config& config,
     if (trial == nullptr) trial = &world.add_node(nodes[end.network - 1][place]);
     return *trial;
   };
-  for (const WireConfig& wire : config.wires)
+  for (const WireConfig& wire : wires)
     for (const WireEnd* end : {&wire.from, &wire.to})
       trial_of(*end);
   world.start(0);
-  std::vector<std::string> problems;
-  for (const WireConfig& wire : config.wires) {
-    for (const WireEnd* end : {&wire.from, &wire.to}) {
-      sim::Node& trial = trial_of(*end);
-      const sim::Terminal& terminal = end->terminal;
-      const bool is_there = end == &wire.from ? trial.number(terminal).has_value()
-                                              : trial.set_input(terminal.index, terminal.sub, 0, 0);
-      if (!is_there)
-        problems.push_back(fmt::format(
-            "{}: {}", to_string(wire.place),
-            complaint(wire, fmt::format("the node, whose device is {}, has no such {} as {}; cbcan-sim eds "
-                                        "prints its objects",
-                                        trial.device_name(), end == &wire.from ? "output or number" : "input",
-                                        end->text))));
+  Diagnostics found;
+  bool has_names = false;
+  for (WireConfig& wire : wires) {
+    for (WireEnd* end : {&wire.from, &wire.to}) {
+      const bool is_source = end == &wire.from;
+      has_names |= !end->name.empty();
+      const std::string problem = find_terminal(trial_of(*end), *end, is_source);
+      if (!problem.empty()) found.push_back({wire.place, complaint(wire, problem)});
     }
   }
-  return problems;
+  if (has_names && found.empty()) check_wires(config, wires, found);
+  std::vector<std::string> lines;
+  std::ranges::transform(found, std::back_inserter(lines),
+                         [](const Diagnostic& each) { return to_string(each); });
+  return lines;
 }
 
 }  // namespace cbcan::config

@@ -81,6 +81,7 @@ class Instance::Log final : public sim::Observer {
 
   void on_bus_frame(const Frame& frame, Time now) override {
     sim::append_candump_line(text_, frame, now + wall_offset_, "virtual");
+    if (text_.size() >= kCharactersPerWrite) flush();
   }
   void flush() {
     if (!text_.empty()) add_(std::exchange(text_, {}));
@@ -88,6 +89,8 @@ class Instance::Log final : public sim::Observer {
   ~Log() { flush(); }
 
  private:
+  static constexpr std::size_t kCharactersPerWrite = 65'536;
+
   std::function<void(const std::string&)> add_;
   const Time& wall_offset_;
   std::string text_;
@@ -231,7 +234,7 @@ void Instance::open(config::PlantBuild build, std::string plant_file) {
   for (const config::NetworkConfig& network : config.networks) {
     if (network.log.empty()) continue;
     const std::string to = network.log == config::kStandardOutput ? std::string(kOut) : network.log;
-    if (to != kOut) put(to, "", true);
+    if (to != kOut) told_.push_back({to, "", {{"megabytes", network.log_mb}, {"continues", clock_runs()}}});
     logs_.push_back(
         std::make_unique<Log>([this, to](const std::string& text) { put(to, text); }, since_1970_));
     session_->plant().networks()[network.number - 1]->world().bus().observe(*logs_.back());

@@ -194,6 +194,9 @@ std::vector<ShownPoint> points_of(View& view, std::string_view node);
 /// word is returned as it is. Throws Refused for a name that the node's device does not have.
 std::string object_of(sim::Node& node, std::string_view word);
 
+/// The level of the input with this name, if its object has another number: that of a touch probe.
+std::optional<double> level_of(sim::Node& node, std::string_view name);
+
 /// A frame on a bus, as reports show it: "0.000000 2/5C2#4300100091010F00".
 inline std::string frame_line(std::size_t network, const Frame& frame, Time at) {
   return fmt::format("{} {}{}", base::seconds_text(at), prefix_of(network), sim::frame_text(frame));

@@ -107,7 +107,8 @@ class ObjectCondition final : public Condition {
       : node_(written.words[0]),
         address_(written.words[1]),
         comparison_(written.words[2], rest_of(written.words, 3), check_value(view, node_, address_)) {
-    address_ = object_of(node_of(view, node_), address_);
+    sim::Node& node = node_of(view, node_);
+    if (!level_of(node, address_)) address_ = object_of(node, address_);
   }
   bool applies(View& view) const override { return node_of(view, node_).has_power(); }
   bool holds(View& view) override {

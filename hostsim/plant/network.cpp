@@ -315,9 +315,10 @@ void Network::on_writer(std::uint32_t client, const modbus::Range& written) {
   }
 }
 
-Wires::Wires(const config::Config& config, std::vector<Network*> networks, const NetworkContext& context)
+Wires::Wires(const config::Config& config, std::span<const config::WireConfig> wires,
+             std::vector<Network*> networks, const NetworkContext& context)
     : Timed(context.schedule), now_(context.now), networks_(std::move(networks)) {
-  for (const config::WireConfig& wire : config.wires) {
+  for (const config::WireConfig& wire : wires) {
     const End to = end(config, wire.to);
     ActiveWire active{.from = end(config, wire.from),
                       .to = to,

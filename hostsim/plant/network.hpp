@@ -182,7 +182,8 @@ class Wires final : private sim::Timed {
  public:
   /// `networks`: all of `config`'s, in order, which outlive it and have not been started. If there are wires,
   /// the advance() of each advances all from now on.
-  Wires(const config::Config& config, std::vector<Network*> networks, const NetworkContext& context);
+  Wires(const config::Config& config, std::span<const config::WireConfig> wires,
+        std::vector<Network*> networks, const NetworkContext& context);
   Wires(const Wires&) = delete;
   Wires& operator=(const Wires&) = delete;
 

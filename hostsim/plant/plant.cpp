@@ -26,7 +26,7 @@ Plant::Plant(const config::Config& config, config::PlantBuild build, const Time&
     networks_.back()->replay(std::move(build.replays[i]));
     networks.push_back(networks_.back().get());
   }
-  wires_.emplace(config, networks, context);
+  wires_.emplace(config, build.wires, networks, context);
   control_.emplace(std::move(networks), now);
 }
 

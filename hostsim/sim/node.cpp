@@ -369,6 +369,18 @@ std::optional<double> Node::number(const Terminal& terminal) {
   return static_cast<double>(to_raw(*value, DataType::kInteger64, 8) >> *terminal.bit & 1);
 }
 
+std::vector<Point> Node::points() {
+  std::vector<Point> points = behaviour_->points();
+  std::erase_if(points, [&](const Point& point) {
+    return !number({point.index, point.sub, std::nullopt, false});
+  });
+  for (Point& point : points) {
+    const descriptions::Object* const object = description_->find(point.index, point.sub);
+    if (point.name.empty() && object != nullptr) point.name = object->name;
+  }
+  return points;
+}
+
 bool Node::set_incident(std::string_view incident, bool present, Time now) {
   const auto known = behaviour_->incidents();
   const auto found = std::ranges::find(known, incident);

@@ -145,6 +145,9 @@ class Node final : public Receiver,
   /// See FaultyPort.
   FaultSet& faults() { return faulty_.faults(); }
 
+  /// Those of its behaviour that it has; a name that is empty there is that of the object.
+  std::vector<Point> points();
+
   const std::string& name() const { return name_; }
   std::string_view device_name() const { return device_name_; }
   const descriptions::DeviceDescription& description() const { return *description_; }

@@ -181,7 +181,7 @@ TEST_CASE("A drive shows the modes that it has, of each axis, and the levels at 
   CHECK(of(0x6044, kCurve) == "axis 1 speed 1/min");
   CHECK(of(0x6864, kCurve) == "axis 2 position inc");
   CHECK(of(0x686C, kCurve) == "axis 2 velocity inc/s");
-  CHECK(of(0x68BA, kInput) == "axis 2 touch probe ");
+  CHECK(of(0x68BA, kInput) == "axis 2 touch probe 1 ");
   CHECK(of(0x60BA, kInput) == "");
   const sim::Terminal probe{0x68BA, 0, std::nullopt, true};
   CHECK(plant.node->number(probe) == 0);

@@ -61,7 +61,7 @@ class Package(cases.Case):
                 "--socketcand": ["--demo", "--socketcand", "unix:/x"], "--pcap": ["--demo", "--pcap", "x"],
                 "--plc": ["--demo", "--plc", nowhere], "plc.device": ["--demo", "--set", "plc.device=/nowhere/tty"],
                 "--can": ["--demo", "--can", "socketcan:can0"], "--real-time": ["run", "--real-time", "scenarios"],
-                "--target": ["run", "--target", nowhere, "scenarios"], "log.rotate_mb": ["--demo", "--set", "log.rotate_mb=1"]}
+                "--target": ["run", "--target", nowhere, "scenarios"]}
         self.assertEqual(sorted(rows), sorted(EDITIONS))
         for row, options in rows.items():
             cell = EDITIONS[row]

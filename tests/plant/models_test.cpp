@@ -167,6 +167,22 @@ lag_ms = 200
   }
 }
 
+TEST_CASE("a wire takes the names of points, as commands do") {
+  const auto wire = [](std::string_view from, std::string_view to) {
+    return fmt::format("[[wire]]\nfrom = \"{}\"\nto = \"{}\"\n", from, to);
+  };
+  const std::string module = "[[node]]\nid = 66\neds = \"demo:/io_module.eds\"\n";
+  const auto plant =
+      model("tank", module + wire("66:output:1", "20:inlet") + wire("20:level", "66:analogue-input:1"));
+  run(*plant, "nmt start 66");
+  run(*plant, "trigger write 66 0x6200 1 1 1");
+  run(*plant, "pass 20s");
+  CHECK(run(*plant, "nodes").find("20 pre-operational lua \"Tank\"\n") != std::string::npos);
+  CHECK(run(*plant, "get 20 inlet") == "1");
+  CHECK(run(*plant, "get 66 analogue-input:1") == "10");  // 1 % of 50 mm/s
+  CHECK(run(*plant, "get 20 levl") == "error: \"levl\": the node has no such object; did you mean level?");
+}
+
 TEST_CASE("a drive moves a conveyor: the axis of the plant file, and a wire") {
   const auto plant = model("conveyor", R"([[node]]
 id = 16

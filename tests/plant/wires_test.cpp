@@ -153,7 +153,7 @@ eds = "demo:/io_module.eds"
     cbcan::test::ByHand driver;
     Network one(config, config.networks[0], std::move(nodes.networks[0]), driver.context());
     Network two(config, config.networks[1], std::move(nodes.networks[1]), driver.context());
-    Wires wires(config, {&one, &two}, driver.context());
+    Wires wires(config, config.wires, {&one, &two}, driver.context());
     one.world().bus().observe(seen[0]);
     two.world().bus().observe(seen[1]);
     for (Network* network : {&one, &two})
@@ -190,6 +190,21 @@ TEST_CASE("ends that a node does not have are reported") {
           "number as 5:output:999; cbcan-sim eds prints its objects",
           "plant.toml:8: wire 5:0x6200:1 to 5:0x1017: the node, whose device is cia401, has no such input as "
           "5:0x1017; cbcan-sim eds prints its objects"});
+}
+
+TEST_CASE("an end by name is checked like one by number") {
+  const auto line = [](const std::string& wires) {
+    const std::string text = "[[node]]\nid = 5\neds = \"demo:/io_module.eds\"\n";
+    return build(text + wires, reader()).build.lines.at(0);
+  };
+  CHECK(line(wire("5:output-1-to-8", "5:inputs-1-to-8")) ==
+        "plant.toml:4: wire 5:output-1-to-8 to 5:inputs-1-to-8: \"output-1-to-8\": the node has no such "
+        "object; did "
+        "you mean outputs-1-to-8?");
+  CHECK(line(wire("5:output:1", "5:inputs-1-to-8") + wire("5:output:2", "5:input:3")) ==
+        "plant.toml:8: wire 5:output:2 to 5:input:3: 5:input:3 already has a wire at plant.toml:4; "
+        "remove one "
+        "of the two, or write sum = true in both");
 }
 
 TEST_CASE("what goes round through devices does not stop time") {

@@ -31,7 +31,7 @@ sample_ms = 1
   cbcan::test::ByHand driver;
   driver.now = kStart;
   Network network(config, config.networks[0], std::move(build.networks[0]), driver.context());
-  Wires wires(config, {&network}, driver.context());
+  Wires wires(config, config.wires, {&network}, driver.context());
   network.start(false);
   const auto at = [&](Time time) {
     driver.now = time;

@@ -9,7 +9,7 @@ import signal
 import subprocess
 
 import cases
-from done import ran
+from done import done, ran
 from healthy import Healthy
 from mcu import die_with_parent
 from simulator import LIMIT, READ, STANDING, Simulator, program_from_arguments, wait_until
@@ -148,6 +148,23 @@ class Full(cases.Case):
         with open("/dev/full", "w", encoding="ascii") as full:
             done = ran(PROGRAM, *STANDING, "--verbose", input="pass 1s\n", capture_output=False, stdout=subprocess.PIPE, stderr=full)
         self.assertEqual((done.returncode, done.stdout.splitlines()[1:]), (0, ["at 1.000000"]))
+
+
+class AWeekOfLogs(cases.Case):
+    def lines(self, name):
+        return (self.folder / name).read_text().splitlines()
+
+    def test_a_log_turns_over_at_its_size(self):
+        done(PROGRAM, "--demo", "--no-module", "--clock", "manual", "--log", self.folder / "bus.log", "--set", "log.rotate_mb=1",
+             input="fault 66 boot-up-storm interval_ms=1\npass 36s\n")
+        older = self.folder / "bus.log.1"
+        self.assertTrue(900_000 < older.stat().st_size <= 1_000_000, older.stat())
+        self.assertEqual(sum(line.endswith(" 742#00") for line in self.lines(older) + self.lines("bus.log")), 36_002)
+
+    def test_the_next_program_continues_a_log(self):
+        for number in (1, 2):
+            Simulator(PROGRAM, "--demo", "--log", self.folder / "bus.log", log=False).stop()
+            self.assertEqual(sum(line.endswith(" 742#00") for line in self.lines("bus.log")), number)
 
 
 class StandardOutput(cases.Case):

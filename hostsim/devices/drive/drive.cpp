@@ -103,11 +103,13 @@ std::vector<sim::Point> Drive::points() const {
       if (point.kind == kOutput && point.index != 0x6042)
         point.low = objects_.limit_min.get(), point.high = objects_.limit_max.get();
   if (probes_.exist())
-    for (const std::uint16_t index : {kFirstProbe, kSecondProbe})
-      points.push_back({.kind = kInput,
-                        .index = index,
-                        .name = "touch probe",
-                        .bits = {index == kFirstProbe ? "1" : "2"}});
+    for (const std::uint16_t index : {kFirstProbe, kSecondProbe}) {
+      const std::string name = index == kFirstProbe ? "touch probe 1" : "touch probe 2";
+      points.push_back({.kind = kInput, .index = index, .name = name, .bits = {"level"}});
+      points.push_back({.kind = kCurve, .index = index, .name = name + " at rising edge", .unit = place});
+      const auto falling = static_cast<std::uint16_t>(index + 1);
+      points.push_back({.kind = kCurve, .index = falling, .name = name + " at falling edge", .unit = place});
+    }
   for (sim::Point& point : points) {
     point.index += objects_.d.offset;
     if (point.target != 0) point.target += objects_.d.offset;

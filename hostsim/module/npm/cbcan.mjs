@@ -14,7 +14,7 @@ import v8 from "node:v8";
 
 // Before version 22 Node.js takes as long to optimise the start as the start itself.
 if (parseInt(process.versions.node) < 22) v8.setFlagsFromString("--wasm-tiering-budget=60000000");
-const { Files, UsageError, reason, warn } = await import("./files.mjs");
+const { Files, UsageError, hasTerminal, reason, warn } = await import("./files.mjs");
 const { disk, module } = await import("./index.mjs");
 const { Links, endStream, kKeepAlive } = await import("./links.mjs");
 const { Clock, Instance } = await import("./plant.mjs");
@@ -62,6 +62,7 @@ class Program {
   #files = new Files();
   #clock = new Clock((seconds) => warn(`this machine or program stood still for ${seconds.toFixed(0)} s; so did the plant`));
   #folder = process.cwd().replaceAll(path.sep, "/");
+  #hadTerminal = hasTerminal();
   #clients = new Map(); // from their sockets
   #streams = new Map(); // to their numbers and responses
   #servers = [];
@@ -96,7 +97,7 @@ class Program {
     if (started.search !== undefined) return this.#search(started.search, started.command);
     if (started.exit !== undefined) return (process.exitCode = started.exit);
     const served = await this.#open(started);
-    for (const signal of kSignals) process.on(signal, () => (this.#child ? this.#child.kill(signal) : this.#stop(0)));
+    for (const signal of kSignals) process.on(signal, () => this.#onSignal(signal));
     if (!this.#spawn) this.#ready(served);
     this.#turn();
   }
@@ -258,20 +259,28 @@ class Program {
     this.#spawn?.();
   }
 
+  /** A hangup of its terminal ends it; of another program, it opens the logs again. */
+  #onSignal(signal) {
+    const fromProgram = signal === "SIGHUP" && process.platform !== "win32" && this.#hadTerminal === hasTerminal();
+    if (fromProgram && this.#files.reopenLogs()) return;
+    this.#child ? this.#child.kill(signal) : this.#stop(0);
+  }
+
   #signal(signal) {
     this.#ended ? signalGroup(this.#child, signal) : this.#child?.kill(signal);
   }
 
   /** Prints and writes what the plant has told. */
   #tell() {
-    for (const [to, text, replaces] of this.#instance.call("told")) {
+    for (const [to, text, how] of this.#instance.call("told")) {
       if (to === "end") this.#child ? this.#signal("SIGTERM") : this.#stop(Number(text));
       else if (to === "stop") this.#stop(os.constants.signals.SIGKILL);
       else if (to === "restart") this.#restart();
       else if (this.#ended) continue; // a trial prints nothing
       else if (to === "out") process.stdout.write(text);
       else if (to === "err") process.stderr.write(text);
-      else if (replaces) text === "" ? this.#files.create(to) : this.#files.replace(to, text);
+      else if (how?.megabytes !== undefined) this.#files.openLog(to, how);
+      else if (how) text === "" ? this.#files.create(to) : this.#files.replace(to, text);
       else this.#files.add(to, text);
     }
   }
