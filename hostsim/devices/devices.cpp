@@ -51,6 +51,8 @@ constexpr auto kOfValves = std::to_array<NeededObject>(
     {{0x6040, kUnsigned16, kAlways}, {0x6041, kUnsigned16, kAlways}, {0x6300, kInteger16, kAlways}});
 constexpr auto kOfInclinometers =
     std::to_array<NeededObject>({{0x6010, kInteger16, kOneOf}, {0x6110, kInteger32, kOneOf}});
+constexpr auto kOfBatteries =
+    std::to_array<NeededObject>({{0x6000, kUnsigned8, kAlways}, {0x6081, kUnsigned8, kAlways}});
 
 constexpr auto kKinds = std::to_array<DeviceKind>({
     {"none", kNoProfile, nullptr, "values that stay as they were written"},
@@ -65,6 +67,8 @@ constexpr auto kKinds = std::to_array<DeviceKind>({
      "shelf:/valve.lua"},
     {"cia410", 410, nullptr, "inclinometer: slopes with resolution and preset", kOfInclinometers,
      "shelf:/inclinometer.lua"},
+    {"cia418", 418, nullptr, "battery: charge, voltage, requested current", kOfBatteries,
+     "shelf:/battery.lua"},
 });
 
 /// The first kind for which `is` holds; null if there is none.

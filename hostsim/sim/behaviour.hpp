@@ -126,6 +126,8 @@ class Behaviour {
 
   /// Commands and set points from the master: 1010h stores neither them nor measured values.
   virtual bool is_set_point(std::uint16_t /*index*/) const { return false; }
+  /// Values that clients cannot write, and that 1010h stores: the offset that a preset has made.
+  virtual bool is_kept(std::uint16_t /*index*/) { return false; }
 
   /// An input gets this value from a signal of the plant file or a command at run time. False = this device
   /// has no such input: the node then stores the value in the dictionary, if the object exists. update()

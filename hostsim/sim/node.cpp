@@ -68,8 +68,10 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
   behaviour_ = make_behaviour_ ? make_behaviour_(*this, seed_) : std::make_unique<Behaviour>();
   image_.values = saved_ = values_;  // with the behaviour's values for objects that have none in the file
   if (!make_behaviour_) descriptions::mark_mapped(image_.entries, dictionary());
-  for (ObjectEntry& entry : image_.entries)
+  for (ObjectEntry& entry : image_.entries) {
     if (behaviour_->is_set_point(entry.index)) entry.flags |= ObjectFlags::kSetPoint;
+    if (behaviour_->is_kept(entry.index)) entry.flags |= ObjectFlags::kKept;
+  }
   if (parameters_ != nullptr) load_parameters();
 }
 

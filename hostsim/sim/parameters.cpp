@@ -20,7 +20,7 @@ namespace {
 bool is_parameter(const ObjectEntry& entry) {
   const bool is_command = entry.index == object::kStore || entry.index == object::kRestore ||
                           entry.index == object::kErrorHistory || NetworkObjects::is_network(entry.index);
-  return entry.has(ObjectFlags::kRead) && entry.has(ObjectFlags::kWrite) &&
+  return entry.has(ObjectFlags::kRead) && entry.has(ObjectFlags::kWrite | ObjectFlags::kKept) &&
          !entry.has(ObjectFlags::kSetPoint) && !entry.has(ObjectFlags::kProcess) && !is_command;
 }
 

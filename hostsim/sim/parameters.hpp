@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The parameters that 1010h stores and 1011h restores: every value that SDO may read and write, except
-/// entries marked kSetPoint or kProcess, and 1003h, which counts errors.
+/// The parameters that 1010h stores and 1011h restores: every value that SDO may read and write, or that
+/// is marked kKept, except entries marked kSetPoint or kProcess, and 1003h, which counts errors.
 
 #include <cstdint>
 #include <functional>

@@ -9,24 +9,30 @@ objects = {
   { index = 0x6001, name = "steps per revolution", type = "u32", default = 4096, low = 1 },
   { index = 0x6002, name = "total measuring range", type = "u32", default = 16777216, low = 1 },
   { index = 0x6003, name = "preset", type = "u32" },
-  { index = 0x6004, name = "position", type = "u32", access = "ro", pdo = "tx", unit = "rev", show = { "input", "curve" } },
-  { index = 0x6030, sub = 1, name = "speed in steps/s", type = "i16", access = "ro", pdo = "tx", show = "curve" },
+  { index = 0x6004, name = "position", type = "u32", access = "ro", pdo = "tx", sync = true, unit = "rev", show = { "input", "curve" } },
+  { index = 0x6030, sub = 1, name = "speed in steps/s", type = "i16", access = "ro", pdo = "optional", show = "curve" },
   { index = 0x6200, name = "cyclic timer", type = "u16", unit = "ms" },
   { index = 0x6500, name = "operating status", type = "u16", access = "ro" },
   { index = 0x6501, name = "steps of a revolution", type = "u32", access = "ro", default = 4096 },
   { index = 0x6502, name = "revolutions", type = "u16", access = "ro", default = 4096 },
-  { index = 0x6503, name = "alarms", type = "u16", access = "ro", pdo = "tx", bits = { "position" }, alarm = { "position" }, show = "output" },
+  { index = 0x6503, name = "alarms", type = "u16", access = "ro", pdo = "optional", bits = { "position" }, alarm = { "position" }, show = "output" },
   { index = 0x6504, name = "supported alarms", type = "u16", access = "ro", default = 1 },
   { index = 0x6505, name = "warnings", type = "u16", access = "ro" },
   { index = 0x6506, name = "supported warnings", type = "u16", access = "ro" },
   { index = 0x6507, name = "profile and software version", type = "u32", access = "ro", default = 0x01000302 },
+  { index = 0x6508, name = "operating time", type = "u32", access = "ro", unit = "0.1 h" },
   { index = 0x6509, name = "offset", type = "i32", access = "ro" },
+  { index = 0x650A, sub = 1, name = "module: offset of the manufacturer", type = "i32", access = "ro" },
+  { index = 0x650A, sub = 2, name = "module: lowest position", type = "i32", access = "ro" },
+  { index = 0x650A, sub = 3, name = "module: highest position", type = "i32", access = "ro", default = 16777215 },
+  { index = 0x650B, name = "serial number", type = "u32", access = "ro" },
 }
 incidents, alarms = { "sensor-break" }, { "sensor-break" }
 
 local at_rest <const> = 0.2                   -- s without a new position
 local shaft, speed, moved_at = 0, 0, nil      -- revolutions, revolutions per s, s
 local offset, broken, next_cycle = 0, false, nil
+local timer, has_timer = 0, false             -- 6200h, which is 1800h:05 where a file has that
 local position, shown_position, shown_rate, has_position, has_rate = 0  -- values as shown
 
 -- Objects of the file, by index * 256 + sub, and values that are shown: asked for and set once.
@@ -67,7 +73,29 @@ local function read_parameters()
   local whole = read(0x6501) or 4096
   steps, range = steps or whole, range or whole * (read(0x6502) or 4096)
   if parameters & 1 ~= 0 then steps = -steps end
-  period = (read(0x6200) or 0) / 1000
+  period = has_timer and 0 or (read(0x6200) or 0) / 1000
+end
+
+-- 6200h and 1800h:05 are one value.
+local function follow_timer()
+  local own = is_there(0x6200, 0) and get(0x6200) or timer
+  if own ~= timer then
+    timer = own
+    set(0x1800, 5, own)
+  elseif get(0x1800, 5) ~= timer then
+    timer = get(0x1800, 5)
+    set(0x6200, 0, timer)
+  end
+end
+
+-- 1010h stores the offset of a preset.
+function is_kept(index) return index == 0x6509 end
+
+-- Files have an INTEGER32 or an UNSIGNED32 there.
+local function show_offset()
+  if not is_there(0x6509, 0) then return end
+  set(0x6509, 0, offset)
+  if offset < 0 and get(0x6509) == 0 then set(0x6509, 0, offset + (1 << 32)) end
 end
 
 -- Between 0 and the range.
@@ -80,7 +108,13 @@ local function raw()
 end
 
 function reset(now)
-  speed, moved_at, next_cycle, offset, shown, steps, shown_position, shown_rate = 0, nil, nil, 0, {}
+  speed, moved_at, next_cycle, shown, steps, shown_position, shown_rate = 0, nil, nil, {}
+  offset = read(0x6509) or 0
+  if offset >= 1 << 31 then offset = offset - (1 << 32) end
+  has_timer = is_there(0x1800, 5)
+  timer = has_timer and get(0x1800, 5) or 0
+  if timer ~= 0 then show(0x6200, 0, timer) end
+  show(0x650B, 0, has(0x1018, 4) and get(0x1018, 4) or 0)
   update(now)
 end
 
@@ -97,9 +131,11 @@ function update(now)
   if not status_shown then
     show(0x6500, 0, parameters)
     show(0x6503, 0, broken and 1 or 0)
-    show(0x6509, 0, offset)
+    show_offset()
     status_shown = true
   end
+  show(0x6508, 0, (now / 360 + 1e-6) // 1)
+  if has_timer then follow_timer() end
   if period == 0 then next_cycle = nil return moved_at and moved_at + at_rest end
   if next_cycle and now >= next_cycle then event(0x6004) next_cycle = nil end
   next_cycle = math.min(next_cycle or math.huge, now + period)
@@ -109,7 +145,7 @@ end
 function on_write(index, _, value)
   if index == 0x6003 then
     local count = raw()
-    if value >= range then return 0x06090030 end  -- value out of range
+    if value < 0 or value >= range then return 0x06090030 end  -- value out of range
     offset = value - count
   end
   steps = nil

@@ -3,10 +3,10 @@
 -- the 32-bit objects from 6110h and 6120h on has those too.
 --
 --   sensor-break   incident: the slopes no longer change; EMCY 5000h
-device = { type = 0x0000019A, name = "Inclinometer", product = 0x410 }
+device = { type = 0x0002019A, name = "Inclinometer", product = 0x410 }
 
 local axes = { { first = 0x6010, name = "slope long" }, { first = 0x6020, name = "slope lateral" } }
-objects = { { index = 0x6000, name = "resolution in 0.001 degrees", type = "u16", default = 10, low = 1, high = 1000 } }
+objects = { { index = 0x6000, name = "resolution in 0.001 degrees", type = "u16", default = 10 } }
 for i, axis in ipairs(axes) do
   local function object(place, name, fields)
     fields.index, fields.name = axis.first + place, axis.name .. name
@@ -57,6 +57,7 @@ end
 
 -- A preset: from now on the slope has this value.
 function on_write(index, _, value)
+  if index == 0x6000 and value ~= 1 and value ~= 10 and value ~= 100 and value ~= 1000 then return 0x06090030 end
   read_parameters()
   for _, group in ipairs(groups) do
     local place, measured = group.first + 3, (slopes[group.axis] * 1000 / group.unit + 0.5) // 1

@@ -9,13 +9,13 @@ objects = {
   { index = 0x6041, name = "status word", type = "u16", access = "ro", pdo = "tx", default = 8, bits = { "disabled", "hold", "active", "ready" }, show = "output" },
   { index = 0x6042, name = "device mode", type = "i8", default = 1, low = 1, high = 1 },
   { index = 0x6043, name = "control mode", type = "i8", default = 1, low = 1, high = 2 },
-  { index = 0x6300, sub = 1, name = "set point: value", type = "i16", pdo = "rx", low = -16384, high = 16384, show = "curve" },
+  { index = 0x6300, sub = 1, name = "set point: value", type = "i16", pdo = "rx", show = "curve" },
   { index = 0x6300, sub = 2, name = "set point: unit", type = "u8", access = "ro" },
   { index = 0x6300, sub = 3, name = "set point: prefix", type = "i8", access = "ro" },
   { index = 0x6301, sub = 1, name = "actual value: value", type = "i16", access = "ro", pdo = "tx", low = -16384, high = 16384, show = { "output", "curve" } },
   { index = 0x6301, sub = 2, name = "actual value: unit", type = "u8", access = "ro" },
   { index = 0x6301, sub = 3, name = "actual value: prefix", type = "i8", access = "ro" },
-  { index = 0x6314, sub = 1, name = "hold set point: value", type = "i16", low = -16384, high = 16384 },
+  { index = 0x6314, sub = 1, name = "hold set point: value", type = "i16" },
 }
 incidents, alarms = { "spool-stuck" }, { "spool-stuck" }
 
@@ -45,9 +45,18 @@ local function transition(command)
 end
 
 local function set_point()
-  if state == active then return get(0x6300, 1) end
-  if state == hold or state == fault_hold then return has(0x6314, 1) and get(0x6314, 1) or 0 end
-  return 0                                    -- the spring moves the spool to its middle
+  local value = 0                             -- the spring moves the spool to its middle
+  if state == active then value = get(0x6300, 1) end
+  if (state == hold or state == fault_hold) and has(0x6314, 1) then value = get(0x6314, 1) end
+  return math.max(-16384, math.min(value, 16384))
+end
+
+-- Other modes, and what else the profile has, in the file of a real valve.
+local served <const> = { [0x6040] = true, [0x6300] = true, [0x6314] = true }
+function on_write(index, _, value)
+  if index == 0x6042 and value == 1 or index == 0x6043 and (value == 1 or value == 2) then return end
+  if index == 0x6042 or index == 0x6043 then return 0x06090030 end
+  if index >= 0x6000 and index < 0x6800 and not served[index] then return 0x08000020 end
 end
 
 function reset(now)

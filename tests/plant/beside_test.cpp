@@ -100,7 +100,8 @@ TEST_CASE("a script that is not there, or is none") {
   const auto line = [](const base::FileReader& files) { return build(kModule, files).build.lines.at(0); };
   CHECK(line(reader()) == "plant.toml:1: node 66: cannot read t.lua; paths are relative to the plant file");
   CHECK(line(script("objects = { { index = 0x3101, type = 'u7' } }")) ==
-        "plant.toml:1: node 66: t.lua: objects: 3101h: type: \"u7\" is none");
+        "plant.toml:1: node 66: t.lua: objects: 3101h: type: \"u7\" is none; write bool, i8, i16, i32, i64, "
+        "u8, u16, u32, u64, f32, f64 or text");
   CHECK(line(script("x = ")) == "plant.toml:1: node 66: t.lua:1: unexpected symbol near <eof>");
 }
 

@@ -41,7 +41,7 @@ objects = {
   { index = 0x2000, name = "a", type = "f32", access = "ro", default = 1.5, pdo = "tx" },
   { index = 0x2001, name = "b", type = "i16", default = -2, low = -100, high = 300, pdo = "rx" },
   { index = 0x2002, sub = 1, name = "c: first", type = "u8", pdo = "tx" },
-  { index = 0x2002, sub = 3, name = "c: third", type = "u32", access = "wo", default = 0xFFFFFFFF, pdo = "tx" },
+  { index = 0x2002, sub = 3, name = "c: third", type = "u32", access = "ro", default = 0xFFFFFFFF, pdo = "tx" },
   { index = 0x6000, name = "d", type = "text", default = "abc" },
   { index = 0x6001, name = "e", type = "bool", default = 1, pdo = "rx" },
   { index = 0x6002, name = "f", type = "i64", default = 9223372036854775807 },
@@ -71,7 +71,7 @@ objects = {
   CHECK(result.device.find(0x2001, 0)->low == -100);
   CHECK(result.device.find(0x2001, 0)->high == 300);
   CHECK(value(result, 0x2002) == Value{3});
-  CHECK(result.device.find(0x2002, 3)->access == descriptions::Access::kWriteOnly);
+  CHECK(result.device.find(0x2002, 3)->access == descriptions::Access::kReadOnly);
   CHECK(value(result, 0x6000) == Value{'a', 'b', 'c'});
   CHECK(value(result, 0x6001) == Value{1});
   CHECK(value(result, 0x6002) == Value{0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x7F});
@@ -98,7 +98,7 @@ alarms = { "leak" }
   CHECK(device.alarms() == std::vector<std::string_view>{"leak"});
   CHECK(what_is_wrong("objects = { { index = 0x2000, type = 'u8', bits = { 'on' }, alarm = { 'off' }, show = "
                       "'output' } }") ==
-        "plant.toml:1: node 20: t.lua: objects: 2000h: alarm: \"off\" is none");
+        "plant.toml:1: node 20: t.lua: objects: 2000h: alarm: \"off\" is none; write on");
   CHECK(what_is_wrong(
             "objects = { { index = 0x2000, type = 'u8' } } incidents = { 'leak' } alarms = { 'leek' }") ==
         "plant.toml:1: node 20: t.lua: alarms: \"leek\" is none of its incidents; did you mean leak?");
@@ -205,6 +205,12 @@ TEST_CASE("shelf: the devices are taken for their profile in a file's 1000h, wit
   CHECK(run(*plant, "nodes").starts_with("#1 20 pre-operational cia406"));
   run(*plant, "set 20 0x6004 0.25");
   CHECK(run(*plant, "get 20 0x6004") == "1024");  // of 4096 steps
+  const auto unsigned_offset =
+      of_file("0x00010196", "[6004]\nDataType=7\n[6003]\nDataType=7\n[6509]\nDataType=7");
+  run(*unsigned_offset, "set 20 0x6004 0.25");
+  run(*unsigned_offset, "trigger write 20 0x6003 0 4 24 0");
+  CHECK(run(*unsigned_offset, "get 20 0x6509") == "4294966296");  // -1000
+  CHECK(run(*unsigned_offset, "get 20 0x6004") == "24");
   const auto wide = of_file("0x0000019A", "[6110]\nDataType=4");
   run(*wide, "set 20 0x6110 -45.5");
   CHECK(run(*wide, "get 20 0x6110") == "-4550");
@@ -217,7 +223,8 @@ TEST_CASE("shelf: an incident outlasts reset and power-off, with its EMCY after 
   for (const Shelf& row :
        {Shelf{"cia406", "sensor-break", "094#0050010000000000", "0x6004 1.5", "0x6004", "6144"},
         {"cia408", "spool-stuck", "094#0070010000000000", "0x6300:1 5", "0x6041", "1"},
-        {"cia410", "sensor-break", "094#0050010000000000", "0x6010 45", "0x6010", "4500"}}) {
+        {"cia410", "sensor-break", "094#0050010000000000", "0x6010 45", "0x6010", "4500"},
+        {"cia418", "overtemperature", "094#1042010000000000", "0x2000 -5", "0x6010", "520"}}) {
     const auto plant = of_shelf(row.device);
     Frames frames(*plant);
     const auto runs = [&](const std::vector<std::string>& lines) {

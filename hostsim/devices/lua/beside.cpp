@@ -56,6 +56,7 @@ class Beside final : public sim::Behaviour, private sim::DeviceNode {
   }
   void delay_commands(Time delay) override { below_->delay_commands(delay); }
   bool is_set_point(std::uint16_t index) const override { return below_->is_set_point(index); }
+  bool is_kept(std::uint16_t index) override { return script_->is_kept(index) || below_->is_kept(index); }
 
   bool set_input(std::uint16_t index, std::uint8_t sub, double value, Time now) override {
     return script_->set_input(index, sub, value, now) || below_->set_input(index, sub, value, now);

@@ -29,10 +29,10 @@ constexpr std::array kTypes{
     TypeName{"f32", kReal32},     TypeName{"f64", kReal64},     TypeName{"text", kVisibleString}};
 constexpr std::array<std::string_view, 4> kAccesses{"rw", "ro", "wo", "const"};
 constexpr std::string_view kNoAccess = "none";  ///< the device has no such object
-constexpr std::array<std::string_view, 3> kPdos{"", "tx", "rx"};
+constexpr std::array<std::string_view, 4> kPdos{"", "tx", "rx", "optional"};
 
-constexpr std::array<std::string_view, 7> kObjectNumbers{"index", "sub",    "default", "low",
-                                                         "high",  "target", "level"};
+constexpr std::array<std::string_view, 8> kObjectNumbers{"index", "sub",    "default", "low",
+                                                         "high",  "target", "level",   "sync"};
 constexpr std::array<std::string_view, 9> kObjectTexts{"name", "type", "access", "default", "unit",
                                                        "pdo",  "bits", "alarm",  "show"};
 constexpr std::array<std::string_view, 5> kDeviceNumbers{"type", "vendor", "product", "revision",
@@ -100,7 +100,11 @@ class Fields {
   template <class Choices>
   std::size_t choice(const char* key, const Choices& choices, std::string_view value) const {
     const auto found = std::ranges::find(choices, value);
-    if (found == std::end(choices)) refuse(key, fmt::format("\"{}\" is none", value));
+    if (found == std::end(choices)) {
+      std::vector<std::string_view> all(std::begin(choices), std::end(choices));
+      std::erase(all, "");
+      refuse(key, fmt::format("\"{}\" is none; write {}", value, base::listed(all)));
+    }
     return static_cast<std::size_t>(found - std::begin(choices));
   }
   void name_in_errors(std::string of) { of_ = std::move(of); }
@@ -169,6 +173,12 @@ std::string value_text(const Fields& fields, DataType type) {
   return fmt::format("{}", value);
 }
 
+void check_default(const Fields& fields) {
+  const auto value = fields.number("default"), low = fields.number("low"), high = fields.number("high");
+  if (value && low && *value < *low) fields.refuse("default", "is below low");
+  if (value && high && *value > *high) fields.refuse("default", "is above high");
+}
+
 /// Lines of the EDS, for integers that SDO can write.
 std::string limits(const Fields& fields, DataType type, std::string_view access) {
   std::string lines;
@@ -210,6 +220,14 @@ void add_communication(Entries& entries, const Fields& device) {
   put(entries, object::kIdentity, 4, "Identity: serial number", kUnsigned32, "ro", "0");
 }
 
+constexpr std::string_view kAtEachSync = "1";  ///< transmission type
+
+void check_pdo(const Fields& fields, std::string_view pdo, std::string_view access) {
+  if (pdo == "rx" && access != "rw" && access != "wo") fields.refuse("pdo", "\"rx\" is for access rw or wo");
+  if (pdo == "tx" && access == "wo") fields.refuse("pdo", "\"tx\" is not for access wo");
+  if (fields.number("sync") && pdo != "tx") fields.refuse("sync", "is for pdo = \"tx\"");
+}
+
 /// PDOs of one direction, filled in the order of the objects.
 class PdoWriter {
  public:
@@ -218,13 +236,19 @@ class PdoWriter {
   void add(const Declared& object, DataType type) {
     const unsigned bits = type == kBoolean ? 1 : static_cast<unsigned>(8 * size_of(type));
     if (bits == 0) object.fields.refuse("pdo", "its type is not for PDOs");
-    if (count_ == 0 || bits_ + bits > 64 || mapped_ == 8) begin(object.fields);
+    if (mapped_ == 0 || bits_ + bits > 64 || mapped_ == 8) begin(object.fields);
     bits_ += bits;
     ++mapped_;
     const std::string value = fmt::format("0x{:04X}{:02X}{:02X}", object.index, object.sub, bits);
     put(entries_, mapping(), mapped_, name("mapping: object {}", mapped_), kUnsigned32, "rw", value);
     put(entries_, mapping(), 0, name("mapping: number of objects", 0), kUnsigned8, "rw",
         std::to_string(mapped_));
+  }
+
+  /// The next object begins a PDO of this transmission type.
+  void end(std::string_view transmission) {
+    transmission_ = transmission;
+    mapped_ = 0;
   }
 
   std::size_t count() const { return count_; }
@@ -244,7 +268,8 @@ class PdoWriter {
     const std::size_t id = (sends_ ? 0x80 : 0x100) + 0x100 * count_;
     put(entries_, index, 1, name("parameter: COB-ID", 0), kUnsigned32, "rw",
         fmt::format("$NODEID+0x{:X}", id));
-    put(entries_, index, 2, name("parameter: transmission type", 0), kUnsigned8, "rw", "255");
+    put(entries_, index, 2, name("parameter: transmission type", 0), kUnsigned8, "rw",
+        std::string(transmission_));
     if (sends_) put(entries_, index, 3, name("parameter: inhibit time", 0), kUnsigned16, "rw", "0");
     if (sends_) put(entries_, index, 5, name("parameter: event timer", 0), kUnsigned16, "rw", "0");
     for (std::uint8_t sub = 1; sub <= 8; ++sub)
@@ -253,6 +278,7 @@ class PdoWriter {
 
   Entries& entries_;
   bool sends_;
+  std::string_view transmission_ = "255";
   std::size_t count_ = 0;
   unsigned bits_ = 0;
   std::uint8_t mapped_ = 0;
@@ -397,19 +423,27 @@ std::string declared_eds(Script& script, std::string_view file, bool is_beside) 
   Entries entries;
   add_communication(entries, device);
   PdoWriter rpdos(entries, false), tpdos(entries, true);
+  std::vector<std::pair<Declared, DataType>> at_sync;
   for (const Declared& object : declared(script, records)) {
     const Fields& fields = object.fields;
     if (is_beside && fields.text("type").empty()) continue;
     const DataType type = type_of(fields);
+    check_default(fields);
     const std::string access = fields.text("access"), pdo = fields.text("pdo");
     const std::string_view given =
         kAccesses[fields.choice("access", kAccesses, access.empty() ? "rw" : access)];
     const std::size_t direction = fields.choice("pdo", kPdos, pdo);
-    if (direction != 0) (kPdos[direction] == "tx" ? tpdos : rpdos).add(object, type);
+    check_pdo(fields, kPdos[direction], given);
+    if (kPdos[direction] == "tx") tpdos.add(object, type);
+    if (kPdos[direction] == "rx") rpdos.add(object, type);
+    if (fields.number("sync")) at_sync.emplace_back(object, type);
     entries.insert_or_assign({object.index, object.sub},
                              Entry{fields.text("name"), type, given, value_text(fields, type), direction != 0,
                                    limits(fields, type, given)});
   }
+  tpdos.end(kAtEachSync);
+  for (const auto& [object, type] : at_sync)
+    tpdos.add(object, type);
   add_counts(entries);
   std::string text;
   write_head(text, file, entries, rpdos.count(), tpdos.count());

@@ -132,6 +132,10 @@ class LuaDevice final : public LuaBehaviour {
     return true;
   }
 
+  bool is_kept(std::uint16_t index) override {
+    return call("is_kept", began_at_, lua_Integer{index}) == Script::Result(true);
+  }
+
   /// Level of an input: its object may show something else.
   std::optional<double> output(std::uint16_t index, std::uint8_t sub) const override {
     const auto given = given_.find({index, sub});
@@ -354,6 +358,12 @@ class LuaDevice final : public LuaBehaviour {
   void store(const ObjectEntry& entry, std::uint8_t sub, std::uint64_t raw) {
     ObjectDictionary& dictionary = node_.dictionary();
     const std::uint64_t before = dictionary.number(entry, sub);
+    if (entry.index < object::kFirstManufacturer && entry.has(ObjectFlags::kWrite) && !quiet_) {
+      std::array<std::uint8_t, 8> bytes{};
+      store_little_endian(bytes, raw);
+      static_cast<void>(dictionary.write(entry.index, sub, std::span(bytes).first(entry.capacity), now_));
+      return;
+    }
     dictionary.set(entry.index, sub, raw);
     if (dictionary.number(entry, sub) == before || quiet_) return;
     if (updating_)
