@@ -120,6 +120,49 @@ TEST_CASE("A drive with a maker's units and limits moves as far as they say") {
   }
 }
 
+namespace {
+
+/// An encoder of 36,000 increments behind a gear of 2 : 1, so a revolution of the shaft is 72,000.
+struct Unit {
+  std::string objects;
+  double increments;  ///< of a unit of position; of a unit of velocity in a second
+};
+
+const std::vector<Unit> kPositionUnits{
+    {number_of("60A8", "0x00B50000"), 1},
+    {number_of("60A8", "0xFEB40000"), 720},
+    {number_of("60A8", "0xFF410000"), 20},
+    {text_of({"6089", "2", "rw", "-1"}) + text_of({"608A", "5", "rw", "0x41"}), 20},
+    {pair_of("6093", "3", "1"), 3},
+    {pair_of("6092", "100", "1"), 720},
+};
+const std::vector<Unit> kVelocityUnits{
+    {number_of("60A9", "0x00B50300"), 1},
+    {number_of("60A9", "0x00B44700"), 1200},
+    {number_of("60A9", "0x01B44800"), 200},
+    {number_of("60A9", "0xFF410300"), 20},
+    {text_of({"608B", "2", "rw", "-1"}) + text_of({"608C", "5", "rw", "0xA4"}), 120},
+    {text_of({"608B", "2", "rw", "0"}) + text_of({"608C", "5", "rw", "0xAC"}), 1},
+    {pair_of("6094", "7", "1"), 7},
+};
+
+}  // namespace
+
+TEST_CASE("Position and velocity agree, whatever units the file has for the one and for the other") {
+  for (const Unit& place : kPositionUnits)
+    for (const Unit& speed : kVelocityUnits) {
+      INFO(place.objects << speed.objects);
+      Plant plant(file_with({}) + pair_of("608F", "36000", "1") + pair_of("6091", "2", "1") + place.objects +
+                  speed.objects + text_of({"6063", "4", "ro", ""}));
+      plant.enable("03");
+      plant.write("FF6000", "E8030000", "23");
+      plant.bench.pass(6 * kSecond);
+      CHECK(plant.get(0x606C) == 1000);
+      CHECK(plant.get(0x6063) == 6000 * speed.increments);
+      CHECK(plant.get(0x6064) == std::lround(6000 * speed.increments / place.increments));
+    }
+}
+
 TEST_CASE("A drive whose file sets its brake moves when operation is enabled") {
   Plant plant(file_with({{"6502", "7", "ro", "0x63"}}) + pair_of("60FE", "1", "0xF0001"));
   plant.move_to("F4010000");
