@@ -105,6 +105,12 @@ class Files(cases.Case):
             place = "instances/configurations/configuration" if "--beremiz" in files else "addData/data"
             self.assertEqual(len(root.findall("/".join(PLCOPEN + name for name in f"{place}/globalVars".split("/")))), 2)
 
+    def test_the_editor_opens_what_it_has_saved(self):
+        """Its plcopen.py puts <xhtml:p> around each CDATA section that it has written itself: the prefix is the root's."""
+        text = output(LIBRARY / "plcopen", "--beremiz", LIBRARY / "cia405.st")
+        self.assertIn('xmlns:xhtml="http://www.w3.org/1999/xhtml"', re.search(r"<project[^>]*>", text)[0])
+        self.assertEqual(text.count("xmlns:xhtml"), 1)
+
     def test_what_is_not_understood_is_told(self):
         refused = done(LIBRARY / "plcopen", self.write("wrong.st", "TYPE\n  A : UINT\nEND_TYPE\n"), code=1)
         self.assertEqual(refused.stderr, "plcopen: line 2: END_TYPE: ; should stand here\n")
