@@ -119,6 +119,7 @@ class Programs(cases.Case):
         for text, message in (
                 (program("x : WORLD;", ""), "a.st:1: WORLD: no such type"),
                 ("\n" + program("x AT %IW5 : WORD;", ""), "a.st:2: %IW5: exchanged are %IW100 to 167, %IW168 to 231, %IW232 to 275, %QW100 to "),
+                ((LIBRARY / "openplc.st").read_text() + direct(), "a.st:5: no task runs cbcan_exchange; in the CONFIGURATION, PROGRAM exchange WITH"),
                 ("PROGRAM p END_PROGRAM", "a CONFIGURATION with a TASK and a PROGRAM is missing; tools/st/configuration.st is one"),
                 (program("i : UINT;", "\ni := i - 1;"), "a.st:2: -1: not within UINT")):
             self.assertIn(message, self.run_text(text, code=1)[0])
@@ -237,6 +238,24 @@ class Engines(cases.Case):
         for script, code, said in (("[ \"$*\" = '--generate-st plc.xml' ] && sed 1d plc.xml >program.st", 0, ""), ("echo why", 1, "has made no program:\nwhy")):
             self.write("xml2st", f"#!/bin/sh\n{script}\n").chmod(0o755)
             self.assertIn(said, done(*command, code=code, env=environment).stderr)
+
+    def test_xml2st_runs_once_and_its_blocks_are_structures_again(self):
+        """What xml2st of OpenPLC Editor 4.1.1 makes of types B, A with a B, and an array of A, by its template function_block.st.j2."""
+        block = ("FUNCTION_BLOCK {}\n    VAR_INPUT\n        {}\n    END_VAR\n    VAR\n        local_temp : DINT;\n    END_VAR\n    \n"
+                 "    local_temp := 0;\nEND_FUNCTION_BLOCK\n\n")
+        blocks = block.format("B", "n : UINT := 7;\n        m : BOOL;") + block.format("A", "b : B;")
+        script, times, made = self.write("xml2st", f"#!/bin/sh\necho >>{self.folder}/times\ncp {self.folder}/made program.st\n"), self.folder / "times", "made"
+        script.chmod(0o755)
+        for types, variable in (("TYPE\n  AA : ARRAY [1..2] OF A;\nEND_TYPE\n\n", "x : AA;"), ("", "x : ARRAY [1..2] OF A;")):
+            self.write(made, types + blocks + program(f"{variable} DONE : BOOL;", "x[2].b.n := x[1].b.n + 1; DONE := x[2].b.n = 8;"))
+            file = self.write("plc.xml", f"<project>{variable}</project>")
+            for _ in range(2):
+                done(PROGRAM, "--demo", "--clock", "manual", "--", CBCAN_ST, "--engine", "machine", file, env=self.environment(self.folder))
+        self.assertEqual(times.read_text(), 2 * "\n")
+        self.write(made, program("x : UINT;", "\nx := 70000;"))
+        file.write_text("<project/>")
+        ended = done(PROGRAM, "--demo", "--clock", "manual", "--", CBCAN_ST, "--engine", "machine", file, code=1, env=self.environment(self.folder))
+        self.assertIn("plc.xml as ST:2: 70000: not within UINT", ended.stderr)
 
 
 class Examples(cases.Case):

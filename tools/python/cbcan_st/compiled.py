@@ -5,8 +5,6 @@ Libraries are kept in the user's cache, by the program's text."""
 from __future__ import annotations
 
 import ctypes
-import hashlib
-import os
 import pathlib
 import re
 import shutil
@@ -16,7 +14,7 @@ from typing import NamedTuple
 
 from .exchange import Address, Image, has_scanner
 from .machine.lexer import StError
-from .sources import Sources
+from .sources import Sources, kept
 
 HERE = pathlib.Path(__file__).resolve().parent
 CELLS = {"X": ctypes.c_uint8, "W": ctypes.c_uint16, "D": ctypes.c_uint32}
@@ -70,12 +68,9 @@ def built(sources: Sources, translator: str) -> pathlib.Path:
     """The library, from the cache if it is there."""
     tool = pathlib.Path(shutil.which(translator) or translator).resolve()
     translate, glue = {"iec2c": (matiec, HERE / "matiec.c"), "strucpp": (strucpp, HERE / "strucpp.cpp")}[translator]
-    key = hashlib.sha256(repr((sources.joined, str(tool), tool.stat().st_mtime, glue.read_text())).encode()).hexdigest()[:32]
-    cache = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "cbcan-st"
-    made = cache / f"{key}.so"
+    made = kept(".so", tool, sources.joined, glue.read_text())
     if not made.exists():
-        cache.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=cache) as name:
+        with tempfile.TemporaryDirectory(dir=made.parent) as name:
             folder = pathlib.Path(name)
             (folder / "program.st").write_text(sources.joined, "utf-8")
             found = translate(sources, tool, folder)
