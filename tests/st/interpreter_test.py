@@ -88,7 +88,7 @@ MISTAKES = (  # message; variables; body
     *(("", "x : UINT; t : TON;", body) for body in (
         "REPEAT x := 1; UNTIL TRUE DO END_REPEAT;", "RETURN;", "x := 2#1010;", "x := x XOR x;", "CASE x OF 0, 1..: x := 2; END_CASE;",
         "IF x = 0 THEN x := 1; END_IF", "t(IN := , PT := T#1s);", "// x\n", "x := 1.5;", "{pragma}", "FOR x := 0 TO 9 BY 2 DO END_FOR;")),
-    *(("", variables, "") for variables in ("x : LREAL;", "x, y : UINT;", "x : ARRAY [0..1] OF BYTE;", "x : REFERENCE TO BYTE;")),
+    *(("", variables, "") for variables in ("x : LREAL;", "x, y : UINT;", "x : ARRAY [0..1] OF BYTE := [1];", "x : ARRAY [0..1] OF BYTE := [1, 2, 3];", "END_VAR VAR NON_RETAIN x : UINT;", "x : REFERENCE TO BYTE;")),
 )
 
 
@@ -134,6 +134,12 @@ class Interpreter(cases.Case):
                 block = values["B"]
                 shown.append("".join(str(block[each] // 10000 if each == "ET" else int(block[each])) for each in outputs.split()))
             self.assertEqual(" ".join(shown), wanted, name)
+
+    def test_what_editors_write(self):
+        found = run("x : ARRAY [2..4] OF INT := [1, -2, 16#10]; t : TIME := T#1m_2s500ms; END_VAR VAR CONSTANT k : INT := 3; END_VAR "
+                    "VAR RETAIN _TMP_ADD1_OUT : INT; less : BOOL; late : TIME;", "_TMP_ADD1_OUT := ADD(x[3], MUL(k, SUB(9, DIV(x[4], 4)))); "
+                    "less := LT(k, 4) AND GE(k, 3) AND NOT NE(k, 3); late := T#1.5s;")
+        self.assertEqual([found[name] for name in ("X", "T", "_TMP_ADD1_OUT", "LESS", "LATE")], [[1, -2, 16], 62500000, 13, True, 1500000])
 
     def test_case_and_repeat(self):
         values = run("x : INT := 7; n : UINT; s : UINT; f : FIVE;", "REPEAT CASE x OF -3..-1, 2: n := n + 1; 3, 5..7: n := n + 10; ELSE n := n + 100; END_CASE; x := x - 1; "

@@ -25,7 +25,7 @@ class Machine:
             Compiler(self, text, file).compile()
         for name, a_type, place in self.externals:
             if self.global_types.get(name) != a_type or name in self.constants:  # MATIEC and STruC++ differ on constants
-                raise StError(place, f"{name}: no VAR_GLOBAL of this type")
+                raise StError(place, f"{name}: no VAR_GLOBAL of this type in the CONFIGURATION; see configuration.st of tools/st")
 
     def block(self, name):
         """One that no file declares before it may be a standard one."""

@@ -28,6 +28,7 @@ COMPUTE = {
     "<": lambda a, b: a < b, ">": lambda a, b: a > b, "<=": lambda a, b: a <= b, ">=": lambda a, b: a >= b,
     "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": quotient, "MOD": lambda a, b: a - b * quotient(a, b),
     "MIN": min, "MAX": max}
+FORMS = {"ADD": "+", "SUB": "-", "MUL": "*", "DIV": "/", "EQ": "=", "NE": "<>", "LT": "<", "GT": ">", "LE": "<=", "GE": ">=", "MIN": "MIN", "MAX": "MAX"}
 KINDS = {"OR": "bool bits", "AND": "bool bits", "=": "bool bits int real time enum", "<>": "bool bits int real time enum", "+": "int real time",
          **dict.fromkeys("-*/", "int real"), **dict.fromkeys(PRECEDENCE[3], "bits int real time")}  # operand types of operators; the others take int
 
@@ -171,8 +172,8 @@ class Expressions(Declarations):
         if name == "ADR":
             return self.address(place)
         operands = self.listed(self.expression)
-        if name in ("MIN", "MAX") and len(operands) == 2:
-            return self.binary(place, name, *operands)
+        if name in FORMS and len(operands) == 2:
+            return self.binary(place, FORMS[name], *operands)
         if name in ("SHL", "SHR") and len(operands) == 2:
             return self.shift(place, name, *operands)
         block = self.machine.blocks.get(name)

@@ -64,7 +64,7 @@ class Declarations(Words):
         place, name = self.token.place, self.one("word")
         found = self.machine.types.get(name) or self.machine.block(name)
         if found is None or found.kind in ("FUNCTION", "PROGRAM"):
-            raise StError(place, f"{name}: no such type")
+            raise StError(place, f"{name}: no such type in this subset, or in files before this one, such as cia405.st")
         return found
 
     def variable(self):
@@ -72,20 +72,27 @@ class Declarations(Words):
         place, name = self.token.place, self.one("word")
         address = self.one("address") if self.takes("AT") else ""
         self.expect(":")
-        a_type = self.type_name()
+        a_type = self.new_type(name) if self.sees("ARRAY") else self.type_name()
         first = a_type if isinstance(a_type, Block) else a_type.first()
         if self.takes(":="):
-            negative, (kind, value, _) = self.takes("-"), self.next()
-            if negative and kind in ("number", "real"):
-                value = -value
-            if value in ("TRUE", "FALSE"):
-                kind, value = "bool", value == "TRUE"
-            is_enumerator = self.machine.enumerators.get(value) is a_type
-            if not (is_enumerator or kind == a_type.kind or kind == "number" and a_type.takes(value)):
-                raise StError(place, f"{name}: not a first value of a {a_type.name}")
-            first = value
+            first = self.first_value(place, name, a_type)
         self.expect(";")
         return name, a_type, first, place, address
+
+    def first_value(self, place, name, a_type):
+        if a_type.kind == "array" and self.takes("["):
+            found, others = self.listed(lambda: self.first_value(place, name, a_type.of), "]"), a_type.first()
+            if len(found) == len(others):
+                return found
+        negative, (kind, value, _) = self.takes("-"), self.next()
+        if negative and kind in ("number", "real"):
+            value = -value
+        if value in ("TRUE", "FALSE"):
+            kind, value = "bool", value == "TRUE"
+        is_enumerator = self.machine.enumerators.get(value) is a_type
+        if not (is_enumerator or kind == a_type.kind or kind == "number" and a_type.takes(value)):
+            raise StError(place, f"{name}: not a first value of a {a_type.name}")
+        return value
 
     def pou(self):
         kind, name = self.tokens[self.at - 1].value, self.new_name()
@@ -95,7 +102,8 @@ class Declarations(Words):
             block.result = self.type_name()
             block.declare(name, "VAR", block.result, block.result.first())
         while self.sees(*SECTIONS):
-            self.var_section(self.next().value)
+            section, _ = self.next().value, self.takes("CONSTANT", "RETAIN")
+            self.var_section(section)
         block.run = self.statements(f"END_{kind}")
         self.expect(f"END_{kind}")
         self.machine.blocks[name] = block

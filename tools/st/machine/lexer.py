@@ -18,11 +18,11 @@ class Token(NamedTuple):
 
 PATTERN = re.compile(r"""
     (?P<blank>\s+) | (?P<comment>\(\*.*?\*\)) |
-    (?P<time>(?:T|TIME)\#(?P<count>\d+)(?P<unit>ms|s|m|h)\b) |
-    (?P<address>%[IQM](?:[WD]\d+|X\d+\.\d+)) | (?P<based>16\#[0-9A-F]+) | (?P<real>\d+\.\d+) | (?P<number>\d+(?![A-Z_#.]\w)) | (?P<word>[A-Z]\w*) |
+    (?P<time>(?:T|TIME)\#(?:\d+(?:\.\d+)?(?:ms|[smhd])_?)+\b) |
+    (?P<address>%[IQM](?:[WD]\d+|X\d+\.\d+)) | (?P<based>16\#[0-9A-F]+) | (?P<real>\d+\.\d+) | (?P<number>\d+(?![A-Z_#.]\w)) | (?P<word>[A-Z_]\w*) |
     (?P<symbol>:=|<>|<=|>=|\.\.|[-+*/<>=()\[\],;:.^])
     """, re.VERBOSE | re.DOTALL | re.IGNORECASE)
-MICROSECONDS = {"ms": 1000, "s": 1000000, "m": 60000000, "h": 3600000000}
+MICROSECONDS = {"ms": 1000, "s": 1000000, "m": 60000000, "h": 3600000000, "d": 86400000000}
 SECTIONS = {"VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_EXTERNAL"}
 KEYWORDS = SECTIONS | set(
     "TYPE STRUCT ARRAY OF POINTER TO FUNCTION FUNCTION_BLOCK PROGRAM CONSTANT IF THEN ELSIF ELSE CASE WHILE FOR BY DO REPEAT UNTIL EXIT RETURN "
@@ -39,7 +39,7 @@ def tokens_of(text, file):
             raise StError(place, f"{text[at:at + 10].splitlines()[0]!r}: nothing that this subset has")
         kind, value = found.lastgroup, found.group()
         if kind == "time":
-            value = int(found["count"]) * MICROSECONDS[found["unit"].lower()]
+            value = round(sum(float(count) * MICROSECONDS[unit] for count, unit in re.findall(r"([\d.]+)(ms|[smhd])", value.lower())))
         elif kind == "based":
             kind, value = "number", int(value[3:], 16)
         elif kind == "number":
@@ -87,9 +87,9 @@ class Words:
             raise StError(self.token.place, f"{self.token.value}: {keyword}a {kind} should stand here")
         return self.next().value
 
-    def listed(self, element):
-        """Elements up to `)`."""
+    def listed(self, element, end=")"):
+        """Elements up to `)` or another end."""
         found = [element()]
-        while self.expect(",", ")").value == ",":
+        while self.expect(",", end).value == ",":
             found.append(element())
         return found
