@@ -273,7 +273,7 @@ class PdoWriter {
     if (sends_) put(entries_, index, 3, name("parameter: inhibit time", 0), kUnsigned16, "rw", "0");
     if (sends_) put(entries_, index, 5, name("parameter: event timer", 0), kUnsigned16, "rw", "0");
     for (std::uint8_t sub = 1; sub <= 8; ++sub)
-      put(entries_, mapping(), sub, name("mapping: object {}", sub), kUnsigned32, "rw", "0");
+      put(entries_, mapping(), sub, name("mapping: object {}", sub), kUnsigned32, "rw", "0x00000000");
   }
 
   Entries& entries_;
@@ -311,6 +311,11 @@ void write(std::string& text, const std::string& section, const Entry& entry, bo
       entry.value, entry.in_pdos ? 1 : 0);
 }
 
+bool is_array(std::uint16_t index) {
+  return index == object::kErrorHistory || index == object::kStore || index == object::kRestore ||
+         index == object::kConsumerHeartbeatTime;
+}
+
 void write_objects(std::string& text, const Entries& entries) {
   for (auto first = entries.begin(); first != entries.end();) {
     const std::uint16_t index = first->first.first;
@@ -321,8 +326,8 @@ void write_objects(std::string& text, const Entries& entries) {
       write(text, section, first->second, false);
     } else {
       const std::string& name = std::next(first)->second.name;
-      text += fmt::format("[{}]\nParameterName={}\nObjectType=0x9\nSubNumber={}\n\n", section,
-                          name.substr(0, name.find(": ")), count);
+      text += fmt::format("[{}]\nParameterName={}\nObjectType=0x{}\nSubNumber={}\n\n", section,
+                          name.substr(0, name.find(": ")), is_array(index) ? 8 : 9, count);
       for (auto each = first; each != last; ++each)
         write(text, fmt::format("{}sub{:X}", section, each->first.second), each->second, true);
     }
@@ -346,18 +351,24 @@ void write_head(std::string& text, std::string_view file, const Entries& entries
   const std::string_view leaf = file.substr(file.rfind('/') + 1);  // npos + 1 = 0
   const auto value = [&](std::uint16_t index, std::uint8_t sub) { return entries.at({index, sub}).value; };
   text += fmt::format(
-      "[FileInfo]\nFileName={}.eds\nFileVersion=1\nFileRevision=0\nEDSVersion=4.0\nCreatedBy=cbcan\n\n",
-      leaf.substr(0, leaf.rfind('.')));
+      "[FileInfo]\nFileName={}.eds\nFileVersion=1\nFileRevision=0\nEDSVersion=4.0\nDescription={}\n"
+      "CreationTime=12:00AM\nCreationDate=01-01-2026\nCreatedBy=cbcan\n"
+      "ModificationTime=12:00AM\nModificationDate=01-01-2026\nModifiedBy=cbcan\n\n",
+      leaf.substr(0, leaf.rfind('.')), value(object::kDeviceName, 0));
   text += fmt::format(
-      "[DeviceInfo]\nVendorName=\nVendorNumber={}\nProductName={}\nProductNumber={}\nRevisionNumber={}\n",
+      "[DeviceInfo]\nVendorName=\nVendorNumber={}\nProductName={}\nProductNumber={}\nRevisionNumber={}\n"
+      "OrderCode=\n",
       value(object::kIdentity, 1), value(object::kDeviceName, 0), value(object::kIdentity, 2),
       value(object::kIdentity, 3));
   for (const int rate : {10, 20, 50, 125, 250, 500, 800, 1000})
     text += fmt::format("BaudRate_{}=1\n", rate);
   text += fmt::format(
-      "SimpleBootUpMaster=0\nSimpleBootUpSlave=1\nGranularity=8\nNrOfRXPDO={}\nNrOfTXPDO={}\n"
-      "LSS_Supported=0\n\n",
+      "SimpleBootUpMaster=0\nSimpleBootUpSlave=1\nGranularity=8\nDynamicChannelsSupported=0\nCompactPDO=0\n"
+      "GroupMessaging=0\nNrOfRXPDO={}\nNrOfTXPDO={}\nLSS_Supported=0\n\n[DummyUsage]\n",
       rpdos, tpdos);
+  for (int type = 1; type <= 7; ++type)
+    text += fmt::format("Dummy000{}=0\n", type);
+  text += "\n[Comments]\nLines=0\n\n";
   const auto is_mandatory = [](std::uint16_t index) {
     return index == object::kDeviceType || index == object::kErrorRegister || index == object::kIdentity;
   };
