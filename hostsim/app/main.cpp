@@ -118,9 +118,10 @@ int print_eds(int argc, char** argv, const base::FileReader& read, Console& cons
   if (!start.run) return code(start.exit_code);
   const auto place = config::place_of(start.config, *end);
   if (!place) throw io::UsageError(fmt::format("eds {}: there is no such node in the plant", argv[2]));
-  const std::string path = config::description_of(start.config.networks[end->network - 1].nodes[*place]);
+  const config::NodeConfig& node = start.config.networks[end->network - 1].nodes[*place];
+  const std::string path = config::description_of(node);
   config::EdsFiles files(read);
-  const config::EdsFile* const file = files.find(path);
+  const config::EdsFile* const file = files.find(path, {}, node.modules);
   if (file == nullptr) throw io::UsageError(path + ": this file cannot be read");
   console.say(file->text());
   return code(ExitCode::kDone);

@@ -75,6 +75,7 @@ enum class Form : std::uint8_t {
 struct Line {
   std::string text;
   std::size_t number = 0;
+  bool operator==(const Line&) const = default;
 };
 
 /// First and last kind with this row, for objects that have kinds, such as the shapes of a signal.

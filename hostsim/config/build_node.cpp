@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <stdexcept>
 
 #include "base/text.hpp"
 #include "cbcan/canopen/dictionary/cob_id.hpp"
@@ -375,10 +376,13 @@ std::optional<Bytes> encode(const Value& value, DataType type) {
 }
 
 NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, EdsFiles& files, NodeTiming timing) try {
-  return Builder(node, seed, timing, files.reader()).build(files.find(description_of(node), node.script));
-} catch (const sim::BehaviourProblem& problem) {
+  const EdsFile* const file = files.find(description_of(node), node.script, node.modules);
+  return Builder(node, seed, timing, files.reader()).build(file);
+} catch (const std::runtime_error& problem) {  // of a script, or of `modules`
+  const std::size_t line = node.modules.empty() ? node.place.line : node.modules.front().number;
   NodeBuild build;
-  build.problems = {fmt::format("{}: {}: {}", to_string(node.place), node_name(node), problem.what())};
+  build.problems = {
+      fmt::format("{}: {}: {}", to_string(Place{node.place.source, line}), node_name(node), problem.what())};
   return build;
 }
 

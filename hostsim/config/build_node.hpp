@@ -11,13 +11,14 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "base/files.hpp"
 #include "config/config.hpp"
 #include "descriptions/device_description.hpp"
 #include "descriptions/dictionary_image.hpp"
+#include "descriptions/eds_reader.hpp"
 #include "descriptions/lexer.hpp"
 #include "devices/lua/lua_device.hpp"
 #include "sim/frame_text.hpp"
@@ -31,7 +32,8 @@ namespace cbcan::config {
 class EdsFile {
  public:
   /// `name` is for the diagnostics.
-  EdsFile(std::string name, std::string text, devices::ObjectChanges changes = {});
+  EdsFile(std::string name, std::string text, devices::ObjectChanges changes = {},
+          std::vector<std::string> modules = {});
 
   struct ForNode {
     descriptions::DictionaryImage image;
@@ -42,12 +44,17 @@ class EdsFile {
 
   /// Shared by all nodes that use the file; the values are those without a node ID.
   std::shared_ptr<const descriptions::DeviceDescription> description() const { return description_; }
-  const std::string& text() const { return text_; }
+  /// With the objects of modules as its own.
+  const std::string& text() const { return flat_.empty() ? text_ : flat_; }
 
  private:
+  descriptions::Result read(std::uint8_t node_id) const;
+
   std::string name_;
   std::string text_;
   devices::ObjectChanges changes_;
+  std::vector<std::string> modules_;
+  std::string flat_;
   bool alike_;    ///< the results for all node IDs, apart from values with $NODEID
   ForNode none_;  ///< if they are alike
   std::shared_ptr<const descriptions::DeviceDescription> description_;
@@ -62,14 +69,17 @@ class EdsFiles {
   explicit EdsFiles(base::FileReader read) : read_(std::move(read)) {}
 
   /// Null if it cannot be read. Of a script: the file that its declarations describe; throws
-  /// sim::BehaviourProblem. `beside`: path of a script that changes its objects; empty = none.
-  const EdsFile* find(const std::string& path, const std::string& beside = {});
+  /// sim::BehaviourProblem. `beside`: path of a script that changes its objects; empty = none. `modules`: see
+  /// descriptions::read(), which may throw base::UsageError.
+  const EdsFile* find(const std::string& path, const std::string& beside = {},
+                      const std::vector<base::Line>& modules = {});
   /// Reads all files of a plant.
   const base::FileReader& reader() const { return read_; }
 
  private:
   base::FileReader read_;
-  std::map<std::pair<std::string, std::string>, EdsFile> files_;  ///< by the paths
+  using Key = std::tuple<std::string, std::string, std::vector<std::string>>;
+  std::map<Key, EdsFile> files_;  ///< by the arguments of find()
 };
 
 /// "0x6401:2", "0x6200:1.7", "output:8": a number of a node; nullopt if the text is none.

@@ -161,6 +161,8 @@ struct NodeConfig {
   std::uint8_t id = 0;     ///< 1..127, unique on the bus; 0 = none, LSS sets it
   std::string name;        ///< for messages; may be empty
   std::string eds;         ///< path of the EDS or DCF file, ready to be opened
+  std::vector<base::Line>
+      modules;             ///< of a modular device: names or numbers, in the order of their positions
   std::string script;      ///< path of a script beside the device, ready to be opened; empty = none
   std::string device;      ///< name of a device of devices.hpp, or path of a script; empty = 1000h decides
   std::string parameters;  ///< path of the file that 1010h and LSS store in; empty = none

@@ -149,6 +149,9 @@ constexpr std::array kNode{
         .key = "node.eds", .help = "Device description for the object dictionary",
         .more = "`$NODEID` in it is `node.id`. A device that is a script can do without.", .form = Form::kPath, .domain = "the path of an EDS or DCF file",
         .example = "\"FILE.eds\""}),
+    setting<&NodeConfig::modules>({
+        .key = "node.modules", .help = "Modules of a [modular device](#modular-devices), in the order of their positions",
+        .form = Form::kLines, .high = 0xFFFF, .domain = "a list of names or numbers in the EDS file"}),
     setting<&NodeConfig::script>({
         .key = "node.script", .help = "[Script beside the device](../how-to/lua-device.md#beside-a-device), which changes what it does",
         .form = Form::kPath, .domain = "the path of a Lua script"}),

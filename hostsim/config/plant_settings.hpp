@@ -110,7 +110,7 @@ template <class Target>
                              const Place& place) {
   if constexpr (std::is_same_v<Target, SignalConfig>)
     if (!belongs(row, target)) return keys_of(target);
-  Problem problem = value ? base::assign(row, target, *value) : base::wrong_form(row);
+  Problem problem = value ? base::assign(row, target, *value, place.line) : base::wrong_form(row);
   if constexpr (std::is_same_v<Target, NetworkConfig>)
     if (problem.empty()) target.places[row.key] = place;
   return problem;

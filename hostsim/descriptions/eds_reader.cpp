@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 #include "base/text.hpp"
+#include "descriptions/modules.hpp"
 #include "descriptions/object_sections.hpp"
 
 namespace cbcan::descriptions {
@@ -56,8 +56,8 @@ std::optional<std::uint8_t> read_node_id(const std::vector<Section>& sections, F
   return node_id ? std::optional(static_cast<std::uint8_t>(*node_id)) : std::nullopt;
 }
 
-/// Reports listed objects (CiA 306, 4.6.1) without a section, modules, and CompactPDO: none of them is
-/// simulated.
+/// Reports listed objects (CiA 306, 4.6.1) without a section, modules that are not connected, and CompactPDO:
+/// none of them is simulated.
 void report_left_out(const std::vector<Section>& sections, const std::vector<ObjectSections>& objects,
                      ValueReader& values, Findings& findings) {
   for (const std::string_view name : {"MandatoryObjects", "OptionalObjects", "ManufacturerObjects"})
@@ -65,8 +65,8 @@ void report_left_out(const std::vector<Section>& sections, const std::vector<Obj
       report_missing(*list, objects, values, findings);
   report_key(sections, "DeviceInfo", "CompactPDO",
              "CompactPDO: PDOs without sections of their own are not made", values, findings);
-  report_key(sections, "SupportedModules", "NrOfEntries",
-             "the file describes modules: what they would add is not used", values, findings);
+  report_key(sections, "SupportedModules", "NrOfEntries", "the file describes modules, but none is connected",
+             values, findings);
 }
 
 constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF";
@@ -99,16 +99,20 @@ const Object* DeviceDescription::find(std::uint16_t index, std::uint8_t sub) con
   return is_it ? &*found : nullptr;
 }
 
-Result read(std::string_view text, std::string file_name, std::optional<std::uint8_t> node_id,
-            StandardType standard_type) {
-  Findings findings(std::move(file_name));
+Result read(std::string_view text, const std::string& file_name, std::optional<std::uint8_t> node_id,
+            StandardType standard_type, std::span<const std::string> modules) {
+  Findings findings(file_name);
   Result result;
   DeviceDescription& device = result.device;
-  const Sections all = split_sections(readable(text, findings), findings);
-  const std::vector<Section>& sections = all.list;
+  Sections all = split_sections(readable(text, findings), findings);
+  std::vector<Section>& sections = all.list;
   const std::optional<std::uint8_t> own = read_node_id(sections, findings);
   device.node_id = node_id ? node_id : own;
   ValueReader values(findings, device.node_id);
+  ModuleTexts made;
+  const Section* const connected = find_section(sections, "ConnectedModules", findings);
+  if (connect_modules(sections, modules, connected, file_name, values, findings, made))
+    result.flat = to_text(sections);
   const std::vector<ObjectSections> objects = collect_objects(sections, findings);
   if (objects.empty())
     findings.error(1, "there is no object in it, no section like [1000]: is this an EDS or DCF?");

@@ -11,22 +11,13 @@ namespace cbcan::descriptions {
 
 namespace {
 
-enum class Part : std::uint8_t { kMain, kSub, kNames, kValues, kUnused };
-
 constexpr auto kSuffixes = std::to_array<std::pair<std::string_view, Part>>({{"Name", Part::kNames},
                                                                              {"Value", Part::kValues},
                                                                              {"Denotation", Part::kUnused},
                                                                              {"ObjectLinks", Part::kUnused}});
 
-struct Place {
-  std::uint64_t index = 0;
-  Part part = Part::kMain;
-  std::uint64_t sub = 0;
-  auto operator<=>(const Place&) const = default;
-};
-
 struct Located {
-  Place place;
+  SectionPlace place;
   const Section* section = nullptr;
 };
 
@@ -43,23 +34,6 @@ std::size_t find_sub(std::string_view name) {
   return std::string_view::npos;
 }
 
-std::optional<Place> parse_section_name(std::string_view name) {
-  if (const std::size_t at = find_sub(name); at != std::string_view::npos) {
-    const std::optional<std::uint64_t> index = parse_index(name.substr(0, at));
-    const std::optional<std::uint64_t> sub = parse_index(name.substr(at + 3));
-    return index && sub ? std::optional(Place{*index, Part::kSub, *sub}) : std::nullopt;
-  }
-  if (const auto index = parse_index(name)) return Place{*index, Part::kMain, 0};
-  for (const auto& [suffix, part] : kSuffixes) {
-    if (name.size() <= suffix.size()) continue;
-    const std::size_t at = name.size() - suffix.size();
-    if (!base::same_text(name.substr(at), suffix)) continue;
-    const std::optional<std::uint64_t> index = parse_index(name.substr(0, at));
-    return index ? std::optional(Place{*index, part, 0}) : std::nullopt;
-  }
-  return std::nullopt;
-}
-
 /// A name that can only be a mistyped object; other unknown sections are manufacturer-specific.
 bool looks_like_object(std::string_view name) {
   const std::size_t digits = std::min(name.find_first_not_of("0123456789abcdefABCDEF"), name.size());
@@ -69,7 +43,7 @@ bool looks_like_object(std::string_view name) {
 std::vector<Located> locate(const std::vector<Section>& sections, Findings& findings) {
   std::vector<Located> all;
   for (const Section& section : sections) {
-    const std::optional<Place> place = parse_section_name(section.name);
+    const std::optional<SectionPlace> place = parse_section_name(section.name);
     if (!place) {
       if (looks_like_object(section.name))
         findings.error(section.line, "{} is no name of a section, [1018] or [1018sub1] would be: left out",
@@ -107,6 +81,23 @@ std::string key_is(const KeyValue& entry) {
 }
 
 }  // namespace
+
+std::optional<SectionPlace> parse_section_name(std::string_view name) {
+  if (const std::size_t at = find_sub(name); at != std::string_view::npos) {
+    const std::optional<std::uint64_t> index = parse_index(name.substr(0, at));
+    const std::optional<std::uint64_t> sub = parse_index(name.substr(at + 3));
+    return index && sub ? std::optional(SectionPlace{*index, Part::kSub, *sub}) : std::nullopt;
+  }
+  if (const auto index = parse_index(name)) return SectionPlace{*index, Part::kMain, 0};
+  for (const auto& [suffix, part] : kSuffixes) {
+    if (name.size() <= suffix.size()) continue;
+    const std::size_t at = name.size() - suffix.size();
+    if (!base::same_text(name.substr(at), suffix)) continue;
+    const std::optional<std::uint64_t> index = parse_index(name.substr(0, at));
+    return index ? std::optional(SectionPlace{*index, part, 0}) : std::nullopt;
+  }
+  return std::nullopt;
+}
 
 std::size_t ObjectSections::line() const {
   if (main != nullptr) return main->line;

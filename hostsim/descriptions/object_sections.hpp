@@ -4,6 +4,7 @@
 /// Which sections belong to which object (CiA 306, 4.6): [1018], [1018sub1], [1018Name], [1018Value];
 /// [1018Denotation] and [1018ObjectLinks] are ignored.
 
+#include <compare>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -59,6 +60,19 @@ class ValueReader {
   std::optional<std::uint8_t> node_id_;
   bool missing_node_id_reported_ = false;
 };
+
+enum class Part : std::uint8_t { kMain, kSub, kNames, kValues, kUnused };
+
+/// The object that a section belongs to, and what it describes of it. Neither number is checked.
+struct SectionPlace {
+  std::uint64_t index = 0;
+  Part part = Part::kMain;
+  std::uint64_t sub = 0;
+  auto operator<=>(const SectionPlace&) const = default;
+};
+
+/// nullopt for a name of another form than 1018, 1018sub1, 1018Name.
+std::optional<SectionPlace> parse_section_name(std::string_view name);
 
 struct SubSection {
   std::uint8_t sub = 0;
