@@ -157,7 +157,7 @@ def look_for_names(command):
 class Pages:
     def __init__(self, folder):
         self.job = ci_files.repository(folder / "job")
-        for file in [*(ROOT / "plants").glob("*.*"), *(ROOT / "plants/quirks").glob("*"), *(ROOT / "packaging").glob("Containerfile")]:
+        for file in [*(ROOT / "plants").glob("*.*"), *(ROOT / "plants/quirks").glob("*"), *(ROOT / "plants/coupler").glob("*.eds"), *(ROOT / "packaging").glob("Containerfile")]:
             shutil.copy(file, self.job)
         (folder / "devices").mkdir()
         for place in (self.job, folder / "devices"):
