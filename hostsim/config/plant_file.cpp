@@ -62,9 +62,9 @@ class Reader {
   /// this one.
   Reader(const std::string& file_name, Config& config, const base::FileReader* read, unsigned adding)
       : file_name_(file_name), read_(read), adding_(adding), config_(config) {}
-  /// Reads a change by --set: `where` is what was typed; paths stay as they are. `adds`: it ends with `+`.
-  Reader(Config& config, NetworkConfig& network, Place where, bool adds)
-      : adds_(adds), config_(config), network_(&network), change_(std::move(where)) {}
+  /// Reads a change by --set: `where` is what was typed; paths stay as they are.
+  Reader(Config& config, NetworkConfig& network, Place where)
+      : config_(config), network_(&network), change_(std::move(where)) {}
 
   Diagnostics read_text(std::string_view text, std::span<const std::string_view> others) {
     // toml++ rejects such a file too, but may name an earlier line.
@@ -260,7 +260,7 @@ class Reader {
   /// Values and signals of an object replace those of the plant file.
   void change_node(const toml::table& table, NodeConfig& node) {
     const Place place = std::exchange(node.place, *change_);
-    if (table.contains("modules") && !adds_) node.modules.clear();
+    if (table.contains("modules")) node.modules.clear();
     read_rows("node", table, kNodeSettings, node, false);
     check_keys("node", table);
     read_parts(table, node);
@@ -428,7 +428,6 @@ class Reader {
   const std::string file_name_;
   const base::FileReader* read_ = nullptr;
   unsigned adding_ = 0;
-  bool adds_ = false;
   Config& config_;
   NetworkConfig* network_ = &config_.networks.front();  ///< the one being read
   std::optional<Place> change_;                         ///< set for changes that come from no file
@@ -451,9 +450,8 @@ toml::table table_with(std::string_view path, auto value) {
 }
 
 /// `make` returns a table with the change.
-Diagnostics changed(const Place& place, Config& config, NetworkConfig& network, auto make,
-                    bool adds = false) try {
-  return Reader(config, network, place, adds).read_file(make(), {});
+Diagnostics changed(const Place& place, Config& config, NetworkConfig& network, auto make) try {
+  return Reader(config, network, place).read_file(make(), {});
 } catch (const toml::parse_error& error) {
   return {{place, base::syntax_message(error.description())}};
 }
@@ -466,15 +464,14 @@ Diagnostics change_plant(std::string_view change, const Place& place, Config& co
   if (!sides || sides->first.empty())
     return {{place,
              "must be PATH=VALUE, such as can.bit_rate=125000; docs/reference/plant-file.md has the keys"}};
-  const auto make = [sides] {
+  return changed(place, config, network, [sides] {
     const auto [path, value] = *sides;
     if (path.ends_with('+'))
       return toml::parse(fmt::format("{} = [{}]", path.substr(0, path.size() - 1), value));
     // A value without braces, brackets and quotes is a text here; the setting decides what it means.
     const bool is_toml = !value.empty() && std::string_view("{[\"'").find(value.front()) != value.npos;
     return is_toml ? toml::parse(fmt::format("{} = {}", path, value)) : table_with(path, std::string(value));
-  };
-  return changed(place, config, network, make, sides->first.ends_with('+'));
+  });
 }
 
 Diagnostics change_plant(std::string_view table, std::span<const TextKey> keys, const Place& place,

@@ -13,16 +13,14 @@
 /// * A missing ParameterValue falls back to DefaultValue; a missing DefaultValue is 0 or empty. A read-only
 ///   sub-index 0 without a value is the highest sub-index.
 /// * A missing ObjectType is VAR, a missing AccessType rw. A missing DataType is that of the device profile,
-/// else
-///   UNSIGNED32, but UNSIGNED8 for a sub-index 0 and DOMAIN for an ObjectType DOMAIN. An unknown data type is
-///   OCTET_STRING.
+///   else UNSIGNED32, but UNSIGNED8 for a sub-index 0 and DOMAIN for an ObjectType DOMAIN. An unknown data
+///   type is OCTET_STRING.
 /// * $NODEID is the node ID given, else NodeID of the DCF, else 0 with a warning.
 /// * Objects come from the sections, not from the lists. Text that is not UTF-8 is Latin-1.
 /// * LowLimit and HighLimit are used for integers only; those of a REAL are reported.
 /// * Objects of modules are added if modules are connected: see modules.hpp. Those of CompactPDO are not.
 /// * Counts, the rest of [DeviceInfo] and [DeviceComissioning], denotations, files, object links, comments,
-/// dynamic
-///   channels, tools and unknown keys are ignored.
+///   dynamic channels, tools and unknown keys are ignored.
 ///
 /// Capacity. CiA 306 has no size for strings and DOMAINs, so the section of an object may have the additional
 /// key `CBCAN_Size=1000`, in bytes, 1..1048576. Without it the capacity of a string is the length of its

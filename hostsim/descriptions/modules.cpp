@@ -39,8 +39,9 @@ std::string_view list_of(std::uint64_t index) {
 /// Adds the objects of modules, one module after another.
 class Connector {
  public:
-  Connector(const std::vector<Section>& sections, ValueReader& values, Findings& findings, ModuleTexts& made)
-      : values_(values), findings_(findings), made_(made) {
+  Connector(const std::vector<Section>& sections, bool is_configured, ValueReader& values, Findings& findings,
+            ModuleTexts& made)
+      : is_configured_(is_configured), values_(values), findings_(findings), made_(made) {
     for (const Section& section : sections) {
       const auto place = parse_section_name(section.name);
       if (is_of_module(section))
@@ -78,6 +79,7 @@ class Connector {
   struct Extension {
     std::uint64_t index = 0;  ///< the one that is extended now
     std::uint64_t bits = 0;   ///< used of its last sub-index; 0 = all
+    bool is_complete = false;
   };
 
   /// The object in a name that begins like this.
@@ -89,7 +91,9 @@ class Connector {
   void extend(std::uint64_t index, const Section& part) {
     const bool has_subs = values_.number(part, "ObjectType", 0xFF).value_or(0) > 7;
     if (has_subs && part.find("DataType") == nullptr) return;  // the heading of [M2SubExt6000sub1]
-    Extension& to = extensions_.try_emplace(index, Extension{index, 0}).first->second;
+    const bool is_complete = is_configured_ && highest_sub(index) > 0;
+    Extension& to = extensions_.try_emplace(index, Extension{index, 0, is_complete}).first->second;
+    if (to.is_complete) return;
     const auto type = static_cast<DataType>(values_.number(part, "DataType", 0xFFFF).value_or(0));
     const std::uint64_t room = 8 * std::max<std::uint64_t>(size_of(type), 1);
     const auto [whole, bits] = count_of(part);
@@ -216,6 +220,7 @@ class Connector {
     return made_.texts.emplace_back(base::hex(place.index, 4) + sub);
   }
 
+  bool is_configured_;
   ValueReader& values_;
   Findings& findings_;
   ModuleTexts& made_;
@@ -280,7 +285,7 @@ bool connect_modules(std::vector<Section>& sections, std::span<const std::string
     chosen.push_back(type_of(module, types, file));
   if (modules.empty()) chosen = connected_in(*connected, types, values, findings);
   if (chosen.empty()) return false;
-  Connector connector(sections, values, findings, made);
+  Connector connector(sections, modules.empty(), values, findings, made);
   for (const std::uint64_t type : chosen)
     connector.connect(type);
   sections = connector.finish();

@@ -85,7 +85,7 @@ TEST_CASE("mistakes in modules have the line of the list") {
   CHECK(errors("modules = {}") == Lines{"plant.toml:7: node.modules: must be a text, or a list of them"});
 }
 
-TEST_CASE("--set replaces modules, and += adds to them") {
+TEST_CASE("--set replaces modules") {
   const Files files{{"p.toml", "[[node]]\nid = 5\neds = \"x.eds\"\nmodules = [\"DI8\"]\n"}};
   const auto modules = [&](const char* change) {
     const Start started = start({"--config", "p.toml", "--set", change}, files);
@@ -94,7 +94,6 @@ TEST_CASE("--set replaces modules, and += adds to them") {
   };
   CHECK(modules("node.5.modules=[\"A\", 2]") == Lines{"A", "2"});
   CHECK(modules("node.5.modules=A") == Lines{"A"});
-  CHECK(modules("node.5.modules+=\"A\"") == Lines{"DI8", "A"});
 }
 
 }  // namespace cbcan::config::test

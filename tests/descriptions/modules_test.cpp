@@ -127,6 +127,13 @@ TEST_CASE("a DCF names its modules by position") {
              "a.eds:51: there is no [M1ModuleInfo], or the position is above 254: left out"});
 }
 
+TEST_CASE("a DCF that has the objects of its modules as its own has them once") {
+  const std::string dcf =
+      kCoupler + section("6000", "ObjectType=8\nSubNumber=2") + section("6000sub0", "DefaultValue=1") +
+      section("6000sub1", "DefaultValue=0x80\nParameterValue=7") + "[ConnectedModules]\n1=1\n2=3\n";
+  CHECK(objects_of(read(dcf, {}), 0x6000) == "6000:0=01 6000:1=07 6401:0=02 6401:1=00 6401:2=00 6423:0=01");
+}
+
 TEST_CASE("modules that the file does not have") {
   CHECK(refusal(kCoupler, {"DI8", "DI9"}) ==
         "modules: 'DI9' is not a module of a.eds; modules: DI8, DI2, AI2");
