@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "base/read_file.hpp"
@@ -38,9 +39,15 @@ config::Config config_of(std::string_view text, const std::string& file) {
   return config;
 }
 
-config::PlantBuild build_of(const config::Config& config) {
+config::PlantBuild build_of(const config::Config& config, const Plant::Devices& devices) {
   config::PlantBuild build = config::build_nodes(config, reader());
   if (!build.good) throw_plant_error(build.lines);
+  const auto& nodes = config.networks.front().nodes;
+  for (const auto& [id, make] : devices) {
+    const auto found = std::ranges::find(nodes, id, &config::NodeConfig::id);
+    if (found == nodes.end()) throw PlantError(fmt::format("device of node {}: there is no such node", id));
+    build.networks.front()[static_cast<std::size_t>(found - nodes.begin())].behaviour = make;
+  }
   return build;
 }
 
@@ -54,7 +61,9 @@ std::string checked(std::string response) {
 }  // namespace
 
 struct Plant::Inside {
-  explicit Inside(const config::Config& config) : plant(config, build_of(config)) { plant.start(); }
+  Inside(const config::Config& config, const Devices& devices) : plant(config, build_of(config, devices)) {
+    plant.start();
+  }
 
   plant::VirtualPlant plant;
   plant::LastFrames frames{plant.view(), 100'000};
@@ -65,14 +74,14 @@ Plant::Plant(Plant&& other) noexcept = default;
 Plant& Plant::operator=(Plant&& other) noexcept = default;
 Plant::~Plant() = default;
 
-Plant Plant::from_file(const std::string& path) {
+Plant Plant::from_file(const std::string& path, const Devices& devices) {
   const auto text = reader()(path);
   if (!text) throw PlantError(path + ": cannot be read; check the path and its permissions");
-  return Plant(std::make_unique<Inside>(config_of(*text, path)));
+  return Plant(std::make_unique<Inside>(config_of(*text, path), devices));
 }
 
-Plant Plant::from_text(std::string_view toml, const std::string& folder) {
-  return Plant(std::make_unique<Inside>(config_of(toml, folder + "/text")));
+Plant Plant::from_text(std::string_view toml, const std::string& folder, const Devices& devices) {
+  return Plant(std::make_unique<Inside>(config_of(toml, folder + "/text"), devices));
 }
 
 Plant Plant::demo() {

@@ -4,6 +4,8 @@
 
 #include <filesystem>
 
+#include "sim/behaviour.hpp"
+#include "sim/number.hpp"
 #include "support/catch.hpp"
 
 using namespace cbcan;
@@ -45,6 +47,34 @@ TEST_CASE("commands, their values, and time") {
   CHECK(plant.now() == 1500ms);
   CHECK_FALSE(plant.wait("state 1 operational", 2s));
   CHECK(plant.now() == 3500ms);
+}
+
+namespace {
+
+/// As on the page about devices.
+struct Doubler final : cbcan::sim::Behaviour {
+  explicit Doubler(cbcan::sim::DeviceNode& node)
+      : in(node.dictionary(), 0x2001, 0), out(node.dictionary(), 0x2002, 0) {}
+  cbcan::Time update(cbcan::Time) override {
+    out.set(static_cast<std::uint16_t>(2 * in.get()));
+    return cbcan::kNever;
+  }
+  cbcan::sim::Bound<std::uint8_t> in;
+  cbcan::sim::Bound<std::uint16_t> out;
+};
+
+}  // namespace
+
+TEST_CASE("a device in C++, for a node of the plant file") {
+  const Plant::Devices devices{
+      {32, [](cbcan::sim::DeviceNode& node, std::uint64_t) { return std::make_unique<Doubler>(node); }}};
+  const std::string text = "[[node]]\nid = 32\neds = \"demo:/generic.eds\"\n";
+  Plant plant = Plant::from_text(text, ".", devices);
+  plant.write(3700, {0xCA0E, 5066, 32, 0x2001, 0, 1, 21});
+  CHECK(plant.registers(3700, 1) == Words{0});
+  CHECK(plant.command("get 32 0x2002") == "42");
+  CHECK_THROWS_WITH(Plant::from_text(text, ".", {{5, devices.begin()->second}}),
+                    "device of node 5: there is no such node");
 }
 
 TEST_CASE("a plant from text, with two networks") {

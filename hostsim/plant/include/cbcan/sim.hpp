@@ -15,6 +15,8 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -22,6 +24,11 @@
 #include <vector>
 
 namespace cbcan {
+
+namespace sim {
+class Behaviour;
+class DeviceNode;
+}  // namespace sim
 
 /// What is wrong with a plant, a command or a condition, as readable lines.
 class PlantError : public std::runtime_error {
@@ -36,10 +43,16 @@ class Plant {
   using Duration = std::chrono::microseconds;
   using Words = std::vector<std::uint16_t>;
 
+  using MakeDevice =
+      std::function<std::unique_ptr<sim::Behaviour>(sim::DeviceNode& node, std::uint64_t seed)>;
+  /// Devices in C++ of nodes of network 1, by node ID, in the place of those of the plant file. Their manual,
+  /// hostsim/sim/behaviour.hpp, is in the source tree, not in the package.
+  using Devices = std::map<unsigned, MakeDevice>;
+
   /// A plant file, docs/reference/plant-file.md.
-  static Plant from_file(const std::string& path);
+  static Plant from_file(const std::string& path, const Devices& devices = {});
   /// The text of a plant file; paths in it are relative to `folder`.
-  static Plant from_text(std::string_view toml, const std::string& folder = ".");
+  static Plant from_text(std::string_view toml, const std::string& folder = ".", const Devices& devices = {});
   /// The plant of `cbcan-sim --demo`.
   static Plant demo();
 
