@@ -85,9 +85,10 @@ class EdsFiles {
 /// "0x6401:2", "0x6200:1.7", "output:8": a number of a node; nullopt if the text is none.
 std::optional<sim::Terminal> parse_terminal(std::string_view text);
 
-/// The first point of a node with this name, with `-` for blanks. Otherwise none, and `problem` lists the
-/// names.
-std::optional<sim::Point> find_point(sim::Node& node, std::string_view name, std::string& problem);
+/// The first point of a node with this name, with `-` for blanks; to be read, an output or curve before an
+/// input. Otherwise none, and `problem` lists the names.
+std::optional<sim::Point> find_point(sim::Node& node, std::string_view name, bool is_read,
+                                     std::string& problem);
 
 /// "66:output:8", "2/5:0x2001", "#1:0x2001", "20:level".
 std::optional<WireEnd> parse_wire_end(std::string_view text);

@@ -172,7 +172,7 @@ class Check {
 std::string find_terminal(sim::Node& node, WireEnd& end, bool is_source) {
   if (!end.name.empty()) {
     std::string problem;
-    const auto point = find_point(node, end.name, problem);
+    const auto point = find_point(node, end.name, is_source, problem);
     if (!point) return problem;
     end.terminal = {point->index, point->sub, std::nullopt, false};
     end.terminal.is_output = is_source && point->kind != sim::Point::Kind::kCurve;
@@ -231,9 +231,14 @@ std::optional<WireEnd> parse_wire_end(std::string_view text) {
   return end;
 }
 
-std::optional<sim::Point> find_point(sim::Node& node, std::string_view name, std::string& problem) {
+std::optional<sim::Point> find_point(sim::Node& node, std::string_view name, bool is_read,
+                                     std::string& problem) {
+  std::vector<sim::Point> points = node.points();
+  if (is_read)
+    std::ranges::stable_partition(points,
+                                  [](const auto& each) { return each.kind != sim::Point::Kind::kInput; });
   std::vector<std::string> names;
-  for (sim::Point& point : node.points()) {
+  for (sim::Point& point : points) {
     std::ranges::replace(point.name, ' ', '-');
     if (point.name == name) return std::move(point);
     if (std::ranges::find(names, point.name) == names.end()) names.push_back(std::move(point.name));

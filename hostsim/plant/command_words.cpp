@@ -194,14 +194,14 @@ std::string object_of(sim::Node& node, std::string_view word) {
   const bool is_name = !word.empty() && std::isalpha(static_cast<unsigned char>(word[0])) != 0;
   if (!is_name || terminal_of(word)) return std::string(word);
   std::string problem;
-  const auto point = config::find_point(node, word, problem);
+  const auto point = config::find_point(node, word, false, problem);
   if (!point) refuse("{}", problem);
   return object_text(*point);
 }
 
 std::optional<double> level_of(sim::Node& node, std::string_view name) {
   std::string problem;
-  const auto point = config::find_point(node, name, problem);
+  const auto point = config::find_point(node, name, true, problem);
   if (!point || point->kind != sim::Point::Kind::kInput) return std::nullopt;
   return node.number({point->index, point->sub, std::nullopt, true});
 }

@@ -205,6 +205,9 @@ TEST_CASE("shelf: the devices are taken for their profile in a file's 1000h, wit
   CHECK(run(*plant, "nodes").starts_with("#1 20 pre-operational cia406"));
   run(*plant, "set 20 0x6004 0.25");
   CHECK(run(*plant, "get 20 0x6004") == "1024");  // of 4096 steps
+  const auto named = of_shelf("cia406");
+  run(*named, "set 20 position 0.25");
+  CHECK(run(*named, "get 20 position") == "1024");  // the curve, not the input
   const auto unsigned_offset =
       of_file("0x00010196", "[6004]\nDataType=7\n[6003]\nDataType=7\n[6509]\nDataType=7");
   run(*unsigned_offset, "set 20 0x6004 0.25");
