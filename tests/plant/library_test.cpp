@@ -51,7 +51,7 @@ TEST_CASE("commands, their values, and time") {
 
 namespace {
 
-/// As on the page about devices.
+// As on the page about devices.
 struct Doubler final : cbcan::sim::Behaviour {
   explicit Doubler(cbcan::sim::DeviceNode& node)
       : in(node.dictionary(), 0x2001, 0), out(node.dictionary(), 0x2002, 0) {}
@@ -63,17 +63,18 @@ struct Doubler final : cbcan::sim::Behaviour {
   cbcan::sim::Bound<std::uint16_t> out;
 };
 
+const cbcan::Plant::Devices devices{
+    {32, [](cbcan::sim::DeviceNode& node, std::uint64_t) { return std::make_unique<Doubler>(node); }}};
+
 }  // namespace
 
 TEST_CASE("a device in C++, for a node of the plant file") {
-  const Plant::Devices devices{
-      {32, [](cbcan::sim::DeviceNode& node, std::uint64_t) { return std::make_unique<Doubler>(node); }}};
   const std::string text = "[[node]]\nid = 32\neds = \"demo:/generic.eds\"\n";
   Plant plant = Plant::from_text(text, ".", devices);
   plant.write(3700, {0xCA0E, 5066, 32, 0x2001, 0, 1, 21});
   CHECK(plant.registers(3700, 1) == Words{0});
   CHECK(plant.command("get 32 0x2002") == "42");
-  CHECK_THROWS_WITH(Plant::from_text(text, ".", {{5, devices.begin()->second}}),
+  CHECK_THROWS_WITH(Plant::from_text(text, ".", {{5, devices.at(32)}}),
                     "device of node 5: there is no such node");
 }
 
