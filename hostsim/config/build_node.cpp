@@ -101,8 +101,11 @@ class Builder {
       build_.warnings.push_back(descriptions::to_string(diagnostic));
     if (image.entries.empty()) {
       build_ = {};  // messages for each of its lines would not help
-      build_.problems.push_back(file_ +
-                                ": not one object in it that a node could have; write an EDS or DCF file");
+      const bool is_refused =
+          !diagnostics.empty() && diagnostics.front().severity == descriptions::Severity::kError;
+      build_.problems.push_back(
+          is_refused ? descriptions::to_string(diagnostics.front())
+                     : file_ + ": not one object in it that a node could have; write an EDS or DCF file");
     }
     ObjectDictionary dictionary(image.entries, image.values, nullptr);
     for (const InitialValue& initial : node_.objects)
@@ -442,6 +445,7 @@ PlantBuild build_nodes(const Config& config, EdsFiles& files) {
       plant.good = plant.good && build.node;
       if (build.node) nodes.push_back(std::move(*build.node));
     }
+    if (nodes.size() == network.nodes.size()) check_can_ids(network, nodes, plant.lines);
     plant.images.push_back(image_of(network, files.reader(), plant));
     auto& replay = plant.replays.emplace_back();
     if (network.can.replay.empty()) continue;

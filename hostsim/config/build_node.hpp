@@ -105,6 +105,11 @@ void check_wires(const Config& config, std::span<const WireConfig> wires, Diagno
 std::vector<std::string> connect(const Config& config, const std::vector<std::vector<sim::NodeParts>>& nodes,
                                  std::vector<WireConfig>& wires);
 
+/// Reports each CAN-ID that TPDOs or EMCYs of two nodes of the network have at power-on. `nodes`: all of
+/// network.nodes.
+void check_can_ids(const NetworkConfig& network, std::vector<sim::NodeParts>& nodes,
+                   std::vector<std::string>& lines);
+
 struct NodeBuild {
   /// The node without parameters and listener; none if a file cannot be read, or a value or signal cannot be
   /// applied.

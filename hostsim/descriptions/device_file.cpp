@@ -117,7 +117,7 @@ DeviceDescription parse_device(std::string_view text, const std::string& name,
   const auto refusal = [](const Diagnostic& found) {
     std::string message = to_string(found);
     for (const std::string_view part : {": left out", ": ignored"})  // nothing of the file is used
-      if (message.ends_with(part)) message.resize(message.size() - part.size());
+      if (const std::size_t at = message.rfind(part); at != std::string::npos) message.erase(at, part.size());
     return message;
   };
   const auto is_about_all = [](const Diagnostic& found) {

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "base/text.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
 #include "descriptions/modules.hpp"
 #include "descriptions/object_sections.hpp"
 
@@ -27,12 +28,23 @@ const Section* find_section(const std::vector<Section>& sections, std::string_vi
   return first;
 }
 
-/// Reports `message` if `key` has a number above 0.
-void report_key(const std::vector<Section>& sections, std::string_view name, const Key& key,
-                std::string_view message, ValueReader& values, Findings& findings) {
-  const Section* const section = find_section(sections, name, findings);
-  if (section != nullptr && values.number(*section, key, 0xFFFF).value_or(0) > 0)
-    findings.warning(section->find(key)->line, "{}", message);
+constexpr unsigned kPdoArea = 0x400;  ///< indices of all parameters and mappings of RPDOs, or of TPDOs
+
+/// With CompactPDO above 0, PDOs that [DeviceInfo] counts may have no sections: these are not made.
+void report_compact_pdos(const Section& info, const std::vector<ObjectSections>& objects, ValueReader& values,
+                         Findings& findings) {
+  if (values.number(info, "CompactPDO", 0xFFFF).value_or(0) == 0) return;
+  for (const auto& [key, first] : {std::pair(Key("NrOfRXPDO"), object::kRpdoParameter),
+                                   std::pair(Key("NrOfTXPDO"), object::kTpdoParameter)}) {
+    const auto found = std::ranges::count_if(objects, [area = first / kPdoArea](const ObjectSections& each) {
+      return each.index / kPdoArea == area && each.has_values();
+    });
+    const std::uint64_t pdos = values.number(info, key, 0xFFFF).value_or(0);
+    if (std::cmp_less(found, 2 * pdos))
+      findings.warning(info.find(key)->line,
+                       "{} is {}, but the file has not all their objects: those of CompactPDO are not made",
+                       key.text(), pdos);
+  }
 }
 
 void report_missing(const Section& list, const std::vector<ObjectSections>& objects, ValueReader& values,
@@ -56,17 +68,19 @@ std::optional<std::uint8_t> read_node_id(const std::vector<Section>& sections, F
   return node_id ? std::optional(static_cast<std::uint8_t>(*node_id)) : std::nullopt;
 }
 
-/// Reports listed objects (CiA 306, 4.6.1) without a section, modules that are not connected, and CompactPDO:
-/// none of them is simulated.
+/// Reports listed objects (CiA 306, 4.6.1) without a section, modules that are not connected, and PDOs of
+/// CompactPDO: none of them is simulated.
 void report_left_out(const std::vector<Section>& sections, const std::vector<ObjectSections>& objects,
                      ValueReader& values, Findings& findings) {
   for (const std::string_view name : {"MandatoryObjects", "OptionalObjects", "ManufacturerObjects"})
     if (const Section* const list = find_section(sections, name, findings))
       report_missing(*list, objects, values, findings);
-  report_key(sections, "DeviceInfo", "CompactPDO",
-             "CompactPDO: PDOs without sections of their own are not made", values, findings);
-  report_key(sections, "SupportedModules", "NrOfEntries", "the file describes modules, but none is connected",
-             values, findings);
+  if (const Section* const info = find_section(sections, "DeviceInfo", findings))
+    report_compact_pdos(*info, objects, values, findings);
+  const Section* const modules = find_section(sections, "SupportedModules", findings);
+  if (modules != nullptr && values.number(*modules, "NrOfEntries", 0xFFFF).value_or(0) > 0)
+    findings.warning(modules->find("NrOfEntries")->line,
+                     "the file describes modules, but none is connected");
 }
 
 constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF";
@@ -80,10 +94,10 @@ std::string_view readable(std::string_view text, Findings& findings) {
     findings.error(1, "this is UTF-16: save the file as ASCII or UTF-8");
     return {};
   }
-  if (cbcan::base::trim(text).starts_with('<')) {
+  for (const std::string_view start : {"<?xml", "<ISO15745ProfileContainer"}) {
+    if (!base::trim(text).starts_with(start)) continue;
     findings.error(1,
-                   "this is XML, perhaps an XDD of CiA 311, which is not read: save it as EDS, as "
-                   "CANopenEditor does");
+                   "an XML device description (CiA 311); export it as EDS, for example with CANopenEditor");
     return {};
   }
   return text;

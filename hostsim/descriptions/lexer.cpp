@@ -147,8 +147,8 @@ std::string quoted(std::string_view text) {
   return '"' + shortened(text) + '"';
 }
 
-std::string bracketed(std::string_view name) {
-  return '[' + shortened(name) + ']';
+SectionName bracketed(std::string_view name) {
+  return {'[' + shortened(name) + ']'};
 }
 
 void Findings::add(std::size_t line, Severity severity, std::string message) {
@@ -159,7 +159,20 @@ void Findings::add(std::size_t line, Severity severity, std::string message) {
   diagnostics_.push_back({file_, line, severity, std::move(message)});
 }
 
+void Findings::add_warning(std::size_t line, std::string message, const std::string& kind) {
+  auto& [place, more, last_line] = kinds_.try_emplace(kind, Kind{diagnostics_.size()}).first->second;
+  if (place == diagnostics_.size()) return add(line, Severity::kWarning, std::move(message));
+  Diagnostic& first = diagnostics_[place];
+  last_line = std::max({last_line, first.line, line});
+  ++more;
+  if (line < first.line) first = {file_, line, Severity::kWarning, std::move(message)};
+}
+
 std::vector<Diagnostic> Findings::take() {
+  for (const auto& [kind, seen] : std::exchange(kinds_, {}))
+    if (seen.more > 0)
+      diagnostics_[seen.first].message +=
+          fmt::format("; {} more like this, up to line {}", seen.more, seen.last_line);
   std::ranges::stable_sort(diagnostics_, {}, &Diagnostic::line);
   if (left_out_ > 0) {
     const std::size_t last_line = diagnostics_.back().line;

@@ -9,9 +9,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -41,11 +43,15 @@ std::string shortened(std::string_view text);
 /// The same, in quotes.
 std::string quoted(std::string_view text);
 
-/// A section name for a message: [1018sub1].
-std::string bracketed(std::string_view name);
+/// A section name in a message. It is not part of the kind of a warning.
+struct SectionName : std::string {};
 
-/// Collects diagnostics. After kMost they are only counted, so that a useless file does not produce
-/// megabytes.
+/// A section name for a message: [1018sub1].
+SectionName bracketed(std::string_view name);
+
+/// Collects diagnostics. Warnings that differ only in section names and numbers are of one kind: the first
+/// one says how many follow. After kMost, diagnostics are only counted, so that a useless file does not
+/// produce megabytes.
 class Findings {
  public:
   static constexpr std::size_t kMost = 500;
@@ -54,7 +60,7 @@ class Findings {
 
   template <class... Args>
   void warning(std::size_t line, fmt::format_string<Args...> message, Args&&... args) {
-    add(line, Severity::kWarning, fmt::format(message, std::forward<Args>(args)...));
+    add_warning(line, text(message, args...), text(message, kind_part(args)...));
   }
   template <class... Args>
   void error(std::size_t line, fmt::format_string<Args...> message, Args&&... args) {
@@ -65,10 +71,24 @@ class Findings {
   std::vector<Diagnostic> take();
 
  private:
+  struct Kind {
+    std::size_t first = 0, more = 0, last_line = 0;  ///< `first`: its place in diagnostics_
+  };
+
+  template <class... Args>
+  static std::string text(fmt::string_view message, const Args&... args) {
+    return fmt::vformat(message, fmt::make_format_args(args...));
+  }
+  template <class T>
+  static T kind_part(const T& part) {
+    return std::is_integral_v<T> || std::is_same_v<T, SectionName> ? T() : part;
+  }
   void add(std::size_t line, Severity severity, std::string message);
+  void add_warning(std::size_t line, std::string message, const std::string& kind);
 
   std::string file_;
   std::vector<Diagnostic> diagnostics_;
+  std::map<std::string, Kind> kinds_;  ///< of warnings
   std::size_t left_out_ = 0;
 };
 

@@ -187,8 +187,8 @@ class ObjectReader {
       const std::optional<std::uint64_t> sub = parse_count(entry.key);
       if (!sub || entry.value.empty()) continue;
       if (*sub == 0 || *sub > count) {
-        findings_.warning(entry.line, "sub-index {} is not within 1..{} of CompactSubObj: ignored",
-                          shortened(entry.key), count);
+        findings_.warning(entry.line, "sub-index {} is not within 1..{} of CompactSubObj: ignored", *sub,
+                          count);
       } else if (auto& place = entries[static_cast<std::size_t>(*sub)]; place == nullptr) {
         place = &entry;
       }
@@ -253,8 +253,8 @@ class ObjectReader {
     const std::optional<std::uint64_t> type = values_.number(section, "DataType", 0xFFFF);
     if (type && is_known(*type)) return static_cast<DataType>(*type);
     if (type) {
-      findings_.warning(section.find("DataType")->line,
-                        "DataType {:04X}h is unknown: OCTET_STRING is assumed", *type);
+      findings_.warning(section.find("DataType")->line, "DataType {}h is unknown: OCTET_STRING is assumed",
+                        base::hex(*type, 4));
       return DataType::kOctetString;
     }
     if (object_type(section) == ObjectType::kDomain) return DataType::kDomain;

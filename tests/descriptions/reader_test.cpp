@@ -36,10 +36,52 @@ TEST_CASE("An XDD is refused with a word, with or without its XML declaration") 
     CHECK(result.device.objects.empty());
     REQUIRE(result.diagnostics.size() >= 1);
     CHECK(to_string(result.diagnostics.front()) ==
-          "x.xdd:1: this is XML, perhaps an XDD of CiA 311, which is not read: save it as EDS, as "
-          "CANopenEditor does");
+          "x.xdd:1: an XML device description (CiA 311); export it as EDS, for example with CANopenEditor");
     CHECK(result.diagnostics.front().severity == cbcan::descriptions::Severity::kError);
   }
+}
+
+TEST_CASE("Warnings of one kind are one line: the first, how many more, and the last") {
+  std::string text;
+  for (int index = 2400; index > 2000; --index)  // 400 objects of three lines each, the last in line 1198
+    text += "[" + std::to_string(index) + "]\nAccessType=rw\nDefaultValue=0\n";
+  text += "[3000]\nDataType=0x99\nAccessType=rw\n[3001]\nDataType=0x98\nAccessType=rw\n";
+  text += "[3002]\nDataType=5\nDefaultValue=1\nLowLimit=2\nParameterValue=x\n";
+  text += "[3003]\nDataType=5\nDefaultValue=x\n";
+  std::vector<std::string> lines;
+  for (const auto& each : read(text).diagnostics)
+    lines.push_back(to_string(each));
+  CHECK(lines ==
+        std::vector<std::string>{
+            "test.eds:1: [2400] has no DataType: UNSIGNED32 is assumed; 399 more like this, "
+            "up to line 1198",
+            "test.eds:1202: DataType 0099h is unknown: OCTET_STRING is assumed",
+            "test.eds:1205: DataType 0098h is unknown: OCTET_STRING is assumed",
+            "test.eds:1207: [3002] has no AccessType: rw is assumed; 1 more like this, up to line 1212",
+            "test.eds:1207: the value is below LowLimit: it is kept",
+            "test.eds:1211: ParameterValue=\"x\" is no number of up to 64 bits: ignored",
+            "test.eds:1214: DefaultValue=\"x\" is no number of up to 64 bits: ignored"});
+}
+
+TEST_CASE("CompactPDO is reported if PDOs that the file counts are not in it") {
+  const std::string one = "[1400]\nDataType=5\nAccessType=rw\n[1600]\nDataType=5\nAccessType=rw\n";
+  const auto warnings = [&one](const std::string& info) {
+    std::string all;
+    for (const auto& each : read("[DeviceInfo]\n" + info + one).diagnostics)
+      all += to_string(each) + '\n';
+    return all;
+  };
+  CHECK(warnings("CompactPDO=0x1F\n").empty());
+  CHECK(warnings("CompactPDO=0x1F\nNrOfRXPDO=1\nNrOfTXPDO=0\n").empty());
+  CHECK(warnings("CompactPDO=0\nNrOfRXPDO=4\nNrOfTXPDO=4\n").empty());
+  CHECK(
+      warnings("CompactPDO=3\nNrOfRXPDO=4\nNrOfTXPDO=2\n") ==
+      "test.eds:3: NrOfRXPDO is 4, but the file has not all their objects: those of CompactPDO are not made\n"
+      "test.eds:4: NrOfTXPDO is 2, but the file has not all their objects: those of CompactPDO are not "
+      "made\n");
+  CHECK(warnings("CompactPDO=3\nNrOfRXPDO=2\n[1401]\nDataType=5\nAccessType=rw\n") ==
+        "test.eds:3: NrOfRXPDO is 2, but the file has not all their objects: those of CompactPDO are not "
+        "made\n");
 }
 
 TEST_CASE("A DCF has a node ID, whichever way its section is spelled") {
@@ -173,7 +215,7 @@ TEST_CASE("A diagnostic says file, line and message") {
 TEST_CASE("Garbage does not make endless diagnostics") {
   descriptions::Findings findings("noise.eds");
   for (std::size_t line = 1; line <= 1000; ++line)
-    findings.warning(line, "noise");
+    findings.error(line, "noise");
   const auto diagnostics = findings.take();
   REQUIRE(diagnostics.size() == 501);
   CHECK(diagnostics.back().message == "and 500 more");

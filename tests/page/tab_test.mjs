@@ -153,7 +153,7 @@ look("an EDS file with mistakes leaves the plant as it is", async (page, plant) 
   await send(page, "write 3701 4711");
   const before = (await plant.about()).time, url = page.url();
   await dropped(page, { "broken.eds": "[FileInfo]\n" });
-  await shows(page, "#message.bad", /^plants\/demo\/3\/broken\.eds: not one object in it/);
+  await shows(page, "#message.bad", /^plants\/demo\/3\/broken\.eds:1: there is no object in it/);
   assert.equal(await plant.control("read 3701"), "ok 4711\n");
   assert.ok((await plant.about()).time > before);
   assert.equal(page.url(), url);

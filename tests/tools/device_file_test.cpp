@@ -87,9 +87,8 @@ TEST_CASE("what is wrong with a DCF, and where") {
       {"", "a.dcf:1: there is no object in it, no section like [1000]: is this an EDS or DCF?"},
       {std::string("\0\xFF\n[\x01", 5),
        "a.dcf:1: there is no object in it, no section like [1000]: is this an EDS or DCF?"},
-      {"<xml>",
-       "a.dcf:1: this is XML, perhaps an XDD of CiA 311, which is not read: save it as EDS, as "
-       "CANopenEditor does"},
+      {"<?xml version=\"1.0\"?>",
+       "a.dcf:1: an XML device description (CiA 311); export it as EDS, for example with CANopenEditor"},
       {section("2001", 5, "rw", ""), "a.dcf:1: there is no NodeID in [DeviceComissioning]: is this a DCF?"},
       {"[DeviceComissioning]\nNodeID=128\n" + section("2001", 5, "rw", ""),
        "a.dcf:1: there is no NodeID in [DeviceComissioning]: is this a DCF?"},
