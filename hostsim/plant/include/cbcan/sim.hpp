@@ -45,7 +45,7 @@ class Plant {
 
   using MakeDevice =
       std::function<std::unique_ptr<sim::Behaviour>(sim::DeviceNode& node, std::uint64_t seed)>;
-  /// Devices in C++ of nodes of network 1, by node ID, in the place of those of the plant file. Their manual,
+  /// Devices in C++ of nodes of network 1, by node ID, instead of those of the plant file. Their manual,
   /// hostsim/sim/behaviour.hpp, is in the source tree, not in the package.
   using Devices = std::map<unsigned, MakeDevice>;
 
