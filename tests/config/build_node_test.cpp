@@ -170,42 +170,6 @@ TEST_CASE("What cannot be built is named with its line") {
                                  "example with CANopenEditor"});
 }
 
-TEST_CASE("Two nodes that send with one CAN-ID are named, once") {
-  const std::string pdo = variable("1014", "7", "0x85") +
-                          "[1800sub0]\nDataType=5\nAccessType=ro\n"
-                          "[1800sub1]\nDataType=7\nAccessType=rw\nDefaultValue=0x40000185\n"
-                          "[1800]\nObjectType=9\n" +
-                          "[1A00]\nObjectType=9\n[1A00sub0]\nDataType=5\nAccessType=rw\nDefaultValue=1\n"
-                          "[1A00sub1]\nDataType=7\nAccessType=rw\nDefaultValue=0x20010008\n" +
-                          variable("2001", "5") + "PDOMapping=1\n";
-  using cbcan::config::InitialValue;
-  const auto lines = [&](std::vector<InitialValue> of_5, std::vector<InitialValue> of_7) {
-    cbcan::config::Config config;
-    auto& nodes = config.networks.at(0).nodes;
-    nodes = {node_with(std::move(of_5)), node_with(std::move(of_7)), node_with({})};
-    nodes[1].id = 7;
-    nodes[1].place.line = 12;
-    nodes[2].id = 0;  // has no CAN-IDs yet
-    for (auto& node : nodes)
-      node.device = "none";
-    return cbcan::config::build_nodes(config, only_file(pdo)).lines;
-  };
-  const InitialValue other_emcy{0x1014, 0, std::int64_t{0x87}, {}};
-  const std::string tail = "; give one of them another";
-  CHECK(lines({}, {}) ==
-        std::vector<std::string>{
-            "plant.toml:12: node 7: EMCY (1014h:00) has the CAN-ID 85h of EMCY of node 5" + tail,
-            "plant.toml:12: node 7: TPDO 1 (1800h:01) has the CAN-ID 185h of TPDO 1 of node 5" + tail});
-  CHECK(lines({}, {other_emcy, {0x1800, 1, std::int64_t{0x85}, {}}}) ==
-        std::vector<std::string>{
-            "plant.toml:12: node 7: TPDO 1 (1800h:01) has the CAN-ID 85h of EMCY of node 5" + tail});
-  CHECK(lines({}, {other_emcy, {0x1800, 1, std::int64_t{0x185}, {}}}).size() == 1);  // with and without RTR
-  CHECK(lines({}, {other_emcy, {0x1800, 1, std::int64_t{0xC0000185}, {}}}).empty());
-  CHECK(lines({}, {other_emcy, {0x1800, 1, std::int64_t{0x20000185}, {}}}).empty());  // 29 bits
-  CHECK(lines({}, {other_emcy, {0x1A00, 0, std::int64_t{0}, {}}}).empty());
-  CHECK(lines({{0x1800, 1, std::int64_t{0x85}, {}}}, {other_emcy}).empty());  // of one node
-}
-
 TEST_CASE("Every node of the demo plant is built without a word") {
   const auto read = cbcan::config::with_demo_plant([](const std::string&) { return std::nullopt; });
   cbcan::config::Config config;

@@ -30,6 +30,42 @@ eds = "c.eds"
 [[network]]
 )";
 
+TEST_CASE("Two nodes that send with one CAN-ID are named, once") {
+  const auto section = [](const char* name, int type, const char* more) {
+    return fmt::format("[{}]\nParameterName=x\nAccessType=rw\nDataType={}\n{}\n", name, type, more);
+  };
+  const std::string eds =
+      section("1014", 7, "DefaultValue=0x85") + "[1800]\nObjectType=9\n[1A00]\nObjectType=9\n" +
+      section("1800sub0", 5, "") + section("1800sub1", 7, "DefaultValue=0x40000185") +
+      section("1A00sub0", 5, "DefaultValue=1") + section("1A00sub1", 7, "DefaultValue=0x20010008") +
+      section("2001", 5, "PDOMapping=1");
+  const auto lines = [&](const std::string& of_5, const std::string& of_7) {
+    const auto node = [](const std::string& id, const std::string& objects) {
+      return fmt::format("[[node]]\n{}\neds = \"x.eds\"\ndevice = \"none\"\nobjects = [{}]\n", id, objects);
+    };
+    const std::string text =
+        node("id = 5", of_5) + node("id = 7", of_7) + node("lss = true", "");  // has no CAN-IDs yet
+    const auto files = [&](const std::string& path) {
+      return path == "x.eds" ? std::optional(eds) : std::nullopt;
+    };
+    return build_nodes(read(text).config, files).lines;
+  };
+  const auto object = [](const char* index, int sub, unsigned value) {
+    return fmt::format("{{ index = {}, sub = {}, value = {} }}", index, sub, value);
+  };
+  const std::string other = object("0x1014", 0, 0x87) + ", ", tail = "; give one of them another";
+  CHECK(lines("", "") ==
+        Lines{"plant.toml:6: node 7: EMCY (1014h:00) has the CAN-ID 85h of EMCY of node 5" + tail,
+              "plant.toml:6: node 7: TPDO 1 (1800h:01) has the CAN-ID 185h of TPDO 1 of node 5" + tail});
+  CHECK(lines("", other + object("0x1800", 1, 0x85)) ==
+        Lines{"plant.toml:6: node 7: TPDO 1 (1800h:01) has the CAN-ID 85h of EMCY of node 5" + tail});
+  CHECK(lines("", other + object("0x1800", 1, 0x185)).size() == 1);  // with and without RTR
+  CHECK(lines("", other + object("0x1800", 1, 0xC0000185)).empty());
+  CHECK(lines("", other + object("0x1800", 1, 0x20000185)).empty());  // 29 bits
+  CHECK(lines("", other + object("0x1A00", 0, 0)).empty());
+  CHECK(lines(object("0x1800", 1, 0x85), object("0x1014", 0, 0x87)).empty());  // of one node
+}
+
 }  // namespace
 
 TEST_CASE("the tables at the top are network 1, each [[network]] is one more") {
