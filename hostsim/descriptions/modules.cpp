@@ -144,9 +144,10 @@ class Connector {
   void complete(std::uint64_t index, const Section& by) {
     const SectionPlace main{index}, zero{index, Part::kSub, 0};
     const std::uint64_t last = highest_sub(index);
-    if (const auto [at, is_new] = objects_.try_emplace(main, by); is_new) {
-      at->second.name = name_of(main);
-      set(main, 0, "ObjectType", "8");
+    if (!objects_.contains(main)) {
+      const KeyValue* const name = by.find("ParameterName");
+      set(main, by.line, "ParameterName", name == nullptr ? "" : name->value);
+      set(main, by.line, "ObjectType", "8");
     }
     set(main, 0, "SubNumber", std::to_string(last + 1));
     if (!objects_.contains(zero)) {
@@ -303,7 +304,8 @@ std::string to_text(const std::vector<Section>& sections) {
     if (lists.contains(section.name)) continue;
     text += fmt::format("[{}]\n", section.name);
     for (const KeyValue& entry : section.entries)
-      text += fmt::format("{}={}\n", entry.key, entry.value);
+      if (!base::same_text(entry.key, "Count") && !base::same_text(entry.key, "ObjExtend"))
+        text += fmt::format("{}={}\n", entry.key, entry.value);
   }
   for (const auto& [name, indices] : lists) {
     text += fmt::format("[{}]\nSupportedObjects={}\n", name, indices.size());
