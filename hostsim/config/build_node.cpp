@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <set>
-#include <stdexcept>
 
 #include "base/text.hpp"
 #include "cbcan/canopen/dictionary/cob_id.hpp"
@@ -16,6 +15,7 @@
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/pdo/mapping.hpp"
 #include "descriptions/failures.hpp"
+#include "descriptions/modules.hpp"
 #include "descriptions/network_file.hpp"
 #include "descriptions/values.hpp"
 #include "devices/devices.hpp"
@@ -378,15 +378,20 @@ std::optional<Bytes> encode(const Value& value, DataType type) {
   return Bytes(text.begin(), text.end());
 }
 
+static NodeBuild without_node(const NodeConfig& node, std::size_t line, const char* why) {
+  NodeBuild build;
+  build.problems = {
+      fmt::format("{}: {}: {}", to_string(Place{node.place.source, line}), node_name(node), why)};
+  return build;
+}
+
 NodeBuild build_node(const NodeConfig& node, std::uint64_t seed, EdsFiles& files, NodeTiming timing) try {
   const EdsFile* const file = files.find(description_of(node), node.script, node.modules);
   return Builder(node, seed, timing, files.reader()).build(file);
-} catch (const std::runtime_error& problem) {  // of a script, or of `modules`
-  const std::size_t line = node.modules.empty() ? node.place.line : node.modules.front().number;
-  NodeBuild build;
-  build.problems = {
-      fmt::format("{}: {}: {}", to_string(Place{node.place.source, line}), node_name(node), problem.what())};
-  return build;
+} catch (const sim::BehaviourProblem& problem) {
+  return without_node(node, node.place.line, problem.what());
+} catch (const descriptions::ModuleError& problem) {
+  return without_node(node, node.modules.front().number, problem.what());
 }
 
 /// The frames of a log, the first one at 0; returns what is wrong, or nothing.

@@ -54,7 +54,7 @@ struct Result {
 
 /// `file_name` is only for the diagnostics. `node_id` is the value of $NODEID: 1..127, or 0 for a device that
 /// has none yet. `standard_type` is for objects without a DataType in the file; it may be null. `modules`: of
-/// a modular device, instead of [ConnectedModules]; throws UsageError if there cannot be these.
+/// a modular device, instead of [ConnectedModules]; throws ModuleError if there cannot be these.
 Result read(std::string_view text, const std::string& file_name, std::optional<std::uint8_t> node_id,
             StandardType standard_type = nullptr, std::span<const std::string> modules = {});
 

@@ -251,9 +251,9 @@ Types types_in(const std::vector<Section>& sections) {
 std::uint64_t type_of(std::string_view module, const Types& types, const std::string& file) {
   for (const auto& [number, name] : types)
     if (number == parse_count(module) || base::same_text(name, module)) return number;
-  if (types.empty()) throw base::UsageError("modules: " + file + " has no [SupportedModules]");
-  throw base::UsageError(base::to_utf8(fmt::format("modules: '{}' is not a module of {}; modules: {}", module,
-                                                   file, fmt::join(std::views::values(types), ", "))));
+  if (types.empty()) throw ModuleError("modules: " + file + " has no [SupportedModules]");
+  throw ModuleError(base::to_utf8(fmt::format("modules: '{}' is not a module of {}; modules: {}", module,
+                                              file, fmt::join(std::views::values(types), ", "))));
 }
 
 /// The types in [ConnectedModules].

@@ -23,6 +23,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/error.hpp"
 #include "descriptions/lexer.hpp"
 #include "descriptions/object_sections.hpp"
 
@@ -33,6 +34,12 @@ inline constexpr std::size_t kMostModules = 254;
 /// The sections made for the modules of a device.
 inline constexpr std::size_t kMostModuleBytes = 1U << 22;
 
+/// A device that cannot have these modules.
+class ModuleError : public base::UsageError {
+ public:
+  using UsageError::UsageError;
+};
+
 /// What sections made for modules refer to.
 struct ModuleTexts {
   std::deque<std::string> texts;
@@ -42,7 +49,7 @@ struct ModuleTexts {
 /// Replaces the sections of modules by those of the objects that a device with these modules has. `modules`:
 /// names ([M2ModuleInfo] ProductName) or numbers of types, in the order of their positions; empty = those of
 /// `connected`, [ConnectedModules], which may be null. False: there are none, and nothing has been changed.
-/// Throws UsageError if `modules` has a type that is not in the file, whose name `file` is.
+/// Throws ModuleError if `modules` has a type that is not in the file, whose name `file` is.
 bool connect_modules(std::vector<Section>& sections, std::span<const std::string> modules,
                      const Section* connected, const std::string& file, ValueReader& values,
                      Findings& findings, ModuleTexts& made);

@@ -32,7 +32,7 @@ incidents, alarms = { "sensor-break" }, { "sensor-break" }
 local at_rest <const> = 0.2                   -- s without a new position
 local shaft, speed, moved_at = 0, 0, nil      -- revolutions, revolutions per s, s
 local offset, broken, next_cycle = 0, false, nil
-local timer, has_timer = 0, false             -- 6200h, which is 1800h:05 where a file has that
+local timer, has_timer, next_tenth = 0, false, 0  -- 6200h, which is 1800h:05 where a file has that
 local position, shown_position, shown_rate, has_position, has_rate = 0  -- values as shown
 
 -- Objects of the file, by index * 256 + sub, and values that are shown: asked for and set once.
@@ -73,18 +73,11 @@ local function read_parameters()
   local whole = read(0x6501) or 4096
   steps, range = steps or whole, range or whole * (read(0x6502) or 4096)
   if parameters & 1 ~= 0 then steps = -steps end
-  period = has_timer and 0 or (read(0x6200) or 0) / 1000
-end
-
--- 6200h and 1800h:05 are one value.
-local function follow_timer()
-  local own = is_there(0x6200, 0) and get(0x6200) or timer
-  if own ~= timer then
+  local own = read(0x6200) or 0
+  period = has_timer and 0 or own / 1000
+  if has_timer and own ~= timer then
     timer = own
     set(0x1800, 5, own)
-  elseif get(0x1800, 5) ~= timer then
-    timer = get(0x1800, 5)
-    set(0x6200, 0, timer)
   end
 end
 
@@ -111,7 +104,7 @@ function reset(now)
   speed, moved_at, next_cycle, shown, steps, shown_position, shown_rate = 0, nil, nil, {}
   offset = read(0x6509) or 0
   if offset >= 1 << 31 then offset = offset - (1 << 32) end
-  has_timer = is_there(0x1800, 5)
+  has_timer, next_tenth = is_there(0x1800, 5) and is_there(0x6200, 0), 0
   timer = has_timer and get(0x1800, 5) or 0
   if timer ~= 0 then show(0x6200, 0, timer) end
   show(0x650B, 0, has(0x1018, 4) and get(0x1018, 4) or 0)
@@ -122,8 +115,8 @@ function update(now)
   if moved_at and now >= moved_at + at_rest then speed, moved_at = 0, nil end
   if not steps then read_parameters() end
   if not broken then
-    position = raw()
-    if offset ~= 0 then position = wrapped(position + offset) end
+    local count = (shaft * steps + 1e-6) // 1 + offset
+    position = count - count // range * range
     local rate = speed * steps
     if rate ~= shown_rate and has_rate then set(0x6030, 1, rate) shown_rate = rate end
   end
@@ -134,8 +127,14 @@ function update(now)
     show_offset()
     status_shown = true
   end
-  show(0x6508, 0, (now / 360 + 1e-6) // 1)
-  if has_timer then follow_timer() end
+  if now >= next_tenth then                   -- 0.1 h
+    show(0x6508, 0, now // 360)
+    next_tenth = (now // 360 + 1) * 360
+  end
+  if has_timer and get(0x1800, 5) ~= timer then  -- 6200h and 1800h:05 are one value
+    timer = get(0x1800, 5)
+    set(0x6200, 0, timer)
+  end
   if period == 0 then next_cycle = nil return moved_at and moved_at + at_rest end
   if next_cycle and now >= next_cycle then event(0x6004) next_cycle = nil end
   next_cycle = math.min(next_cycle or math.huge, now + period)

@@ -44,11 +44,12 @@ local function transition(command)
   state = requested(command)
 end
 
+local function limited(value) return value > 16384 and 16384 or value < -16384 and -16384 or value end
+
 local function set_point()
-  local value = 0                             -- the spring moves the spool to its middle
-  if state == active then value = get(0x6300, 1) end
-  if (state == hold or state == fault_hold) and has(0x6314, 1) then value = get(0x6314, 1) end
-  return math.max(-16384, math.min(value, 16384))
+  if state == active then return limited(get(0x6300, 1)) end
+  if state == hold or state == fault_hold then return has(0x6314, 1) and limited(get(0x6314, 1)) or 0 end
+  return 0                                    -- the spring moves the spool to its middle
 end
 
 -- Other modes, and what else the profile has, in the file of a real valve.

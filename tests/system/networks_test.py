@@ -63,7 +63,7 @@ class TwoNetworks(cases.Case):
         one, two = self.unit(1), self.unit(2)
         two.start(WRITE, 128, 0x1F82, 128, 1, 5)
         self.assertEqual(two.read(3700, 1), [0])
-        self.assertEqual(self.simulator.say("nodes"), "#1 5 pre-operational none\n2/#1 2/5 operational none\nok\n")
+        self.assertEqual(self.simulator.say("nodes"), '#1 5 pre-operational none "cbcan generic node"\n2/#1 2/5 operational none "cbcan generic node"\nok\n')
         self.assertNotIn("000#0100", frames_in(self.simulator.log_path))
         self.assertIn("000#0100", frames_in(self.folder / "two.log"))
 
