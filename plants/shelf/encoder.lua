@@ -91,15 +91,6 @@ local function show_offset()
   if offset < 0 and get(0x6509) == 0 then set(0x6509, 0, offset + (1 << 32)) end
 end
 
--- Between 0 and the range.
-local function wrapped(count) return count - count // range * range end
-
--- Without preset.
-local function raw()
-  if not steps then read_parameters() end
-  return wrapped((shaft * steps + 1e-6) // 1)
-end
-
 function reset(now)
   speed, moved_at, next_cycle, shown, steps, shown_position, shown_rate = 0, nil, nil, {}
   offset = read(0x6509) or 0
@@ -143,7 +134,9 @@ end
 
 function on_write(index, _, value)
   if index == 0x6003 then
-    local count = raw()
+    if not steps then read_parameters() end
+    local count = (shaft * steps + 1e-6) // 1
+    count = count - count // range * range
     if value < 0 or value >= range then return 0x06090030 end  -- value out of range
     offset = value - count
   end
