@@ -30,7 +30,8 @@ const Section* find_section(const std::vector<Section>& sections, std::string_vi
 
 constexpr unsigned kPdoArea = 0x400;  ///< indices of all parameters and mappings of RPDOs, or of TPDOs
 
-/// With CompactPDO above 0, PDOs that [DeviceInfo] counts may have no sections: these are not made.
+/// Reports PDOs that [DeviceInfo] counts and that have no sections, if CompactPDO is above 0: these are not
+/// made.
 void report_compact_pdos(const Section& info, const std::vector<ObjectSections>& objects, ValueReader& values,
                          Findings& findings) {
   if (values.number(info, "CompactPDO", 0xFFFF).value_or(0) == 0) return;
@@ -72,7 +73,7 @@ std::optional<std::uint8_t> read_node_id(const std::vector<Section>& sections, F
 /// CompactPDO: none of them is simulated.
 void report_left_out(const std::vector<Section>& sections, const std::vector<ObjectSections>& objects,
                      ValueReader& values, Findings& findings) {
-  for (const std::string_view name : {"MandatoryObjects", "OptionalObjects", "ManufacturerObjects"})
+  for (const std::string_view name : kObjectLists)
     if (const Section* const list = find_section(sections, name, findings))
       report_missing(*list, objects, values, findings);
   if (const Section* const info = find_section(sections, "DeviceInfo", findings))

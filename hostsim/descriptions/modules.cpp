@@ -28,14 +28,6 @@ bool is_of_module(const Section& section) {
   return name.size() > 1 && (name[0] == 'M' || name[0] == 'm') && name[1] >= '0' && name[1] <= '9';
 }
 
-/// The list of objects that has this one.
-std::string_view list_of(std::uint64_t index) {
-  if (index == object::kDeviceType || index == object::kErrorRegister || index == object::kIdentity)
-    return "MandatoryObjects";
-  const bool is_own = index >= object::kFirstManufacturer && index < object::kFirstProfile;
-  return is_own ? "ManufacturerObjects" : "OptionalObjects";
-}
-
 /// Adds the objects of modules, one module after another.
 class Connector {
  public:
@@ -294,25 +286,18 @@ bool connect_modules(std::vector<Section>& sections, std::span<const std::string
 }
 
 std::string to_text(const std::vector<Section>& sections) {
-  std::map<std::string_view, std::vector<std::uint64_t>> lists{
-      {"MandatoryObjects", {}}, {"OptionalObjects", {}}, {"ManufacturerObjects", {}}};
-  for (const Section& section : sections)
-    if (const auto place = parse_section_name(section.name); place && place->part == Part::kMain)
-      lists[list_of(place->index)].push_back(place->index);
+  std::vector<std::uint64_t> indices;
   std::string text;
   for (const Section& section : sections) {
-    if (lists.contains(section.name)) continue;
+    if (const auto place = parse_section_name(section.name); place && place->part == Part::kMain)
+      indices.push_back(place->index);
+    if (std::ranges::find(kObjectLists, section.name) != kObjectLists.end()) continue;
     text += fmt::format("[{}]\n", section.name);
     for (const KeyValue& entry : section.entries)
       if (!base::same_text(entry.key, "Count") && !base::same_text(entry.key, "ObjExtend"))
         text += fmt::format("{}={}\n", entry.key, entry.value);
   }
-  for (const auto& [name, indices] : lists) {
-    text += fmt::format("[{}]\nSupportedObjects={}\n", name, indices.size());
-    for (std::size_t i = 0; i < indices.size(); ++i)
-      text += fmt::format("{}=0x{:04X}\n", i + 1, indices[i]);
-  }
-  return text;
+  return text + object_lists(indices);
 }
 
 }  // namespace cbcan::descriptions

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/text.hpp"
+#include "cbcan/canopen/dictionary/objects.hpp"
 
 namespace cbcan::descriptions {
 
@@ -81,6 +82,24 @@ std::string key_is(const KeyValue& entry) {
 }
 
 }  // namespace
+
+std::string object_lists(std::span<const std::uint64_t> indices) {
+  const auto list_of = [](std::uint64_t index) -> std::string_view {
+    if (index == object::kDeviceType || index == object::kErrorRegister || index == object::kIdentity)
+      return kObjectLists[0];
+    const bool is_own = index >= object::kFirstManufacturer && index <= object::kLastManufacturer;
+    return kObjectLists[is_own ? 2 : 1];
+  };
+  std::string text;
+  for (const std::string_view list : kObjectLists) {
+    text += fmt::format("[{}]\nSupportedObjects={}\n", list, std::ranges::count(indices, list, list_of));
+    std::size_t number = 0;
+    for (const std::uint64_t index : indices)
+      if (list_of(index) == list) text += fmt::format("{}=0x{:04X}\n", ++number, index);
+    text += "\n";
+  }
+  return text;
+}
 
 std::optional<SectionPlace> parse_section_name(std::string_view name) {
   if (const std::size_t at = find_sub(name); at != std::string_view::npos) {

@@ -4,10 +4,13 @@
 /// Which sections belong to which object (CiA 306, 4.6): [1018], [1018sub1], [1018Name], [1018Value];
 /// [1018Denotation] and [1018ObjectLinks] are ignored.
 
+#include <array>
 #include <compare>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "descriptions/device_description.hpp"
@@ -70,6 +73,12 @@ struct SectionPlace {
   std::uint64_t sub = 0;
   auto operator<=>(const SectionPlace&) const = default;
 };
+
+/// The sections that list a file's objects (CiA 306, 4.6.1).
+inline constexpr std::array<std::string_view, 3> kObjectLists{"MandatoryObjects", "OptionalObjects",
+                                                              "ManufacturerObjects"};
+/// Their text; `indices` are sorted.
+std::string object_lists(std::span<const std::uint64_t> indices);
 
 /// nullopt for a name of another form than 1018, 1018sub1, 1018Name.
 std::optional<SectionPlace> parse_section_name(std::string_view name);

@@ -10,6 +10,7 @@
 
 #include "base/text.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
+#include "descriptions/object_sections.hpp"
 #include "descriptions/values.hpp"
 
 namespace cbcan::devices {
@@ -335,17 +336,6 @@ void write_objects(std::string& text, const Entries& entries) {
   }
 }
 
-void write_list(std::string& text, std::string_view name, const Entries& entries, auto is_of) {
-  std::vector<std::uint16_t> indices;
-  for (const auto& [place, entry] : entries)
-    if (is_of(place.first) && (indices.empty() || indices.back() != place.first))
-      indices.push_back(place.first);
-  text += fmt::format("[{}]\nSupportedObjects={}\n", name, indices.size());
-  for (std::size_t i = 0; i < indices.size(); ++i)
-    text += fmt::format("{}=0x{:04X}\n", i + 1, indices[i]);
-  text += "\n";
-}
-
 void write_head(std::string& text, std::string_view file, const Entries& entries, std::size_t rpdos,
                 std::size_t tpdos) {
   const std::string_view leaf = file.substr(file.rfind('/') + 1);  // npos + 1 = 0
@@ -369,16 +359,10 @@ void write_head(std::string& text, std::string_view file, const Entries& entries
   for (int type = 1; type <= 7; ++type)
     text += fmt::format("Dummy000{}=0\n", type);
   text += "\n[Comments]\nLines=0\n\n";
-  const auto is_mandatory = [](std::uint16_t index) {
-    return index == object::kDeviceType || index == object::kErrorRegister || index == object::kIdentity;
-  };
-  const auto is_own = [](std::uint16_t index) {
-    return index >= object::kFirstManufacturer && index <= object::kLastManufacturer;
-  };
-  write_list(text, "MandatoryObjects", entries, is_mandatory);
-  write_list(text, "OptionalObjects", entries,
-             [&](std::uint16_t index) { return !is_mandatory(index) && !is_own(index); });
-  write_list(text, "ManufacturerObjects", entries, is_own);
+  std::vector<std::uint64_t> indices;
+  for (const auto& [place, entry] : entries)
+    if (indices.empty() || indices.back() != place.first) indices.push_back(place.first);
+  text += descriptions::object_lists(indices);
 }
 
 /// The bits with these names.
