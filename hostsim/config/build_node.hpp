@@ -44,7 +44,7 @@ class EdsFile {
 
   /// Shared by all nodes that use the file; the values are those without a node ID.
   std::shared_ptr<const descriptions::DeviceDescription> description() const { return description_; }
-  /// With the objects of modules as its own.
+  /// Objects of modules are its own there.
   const std::string& text() const { return flat_.empty() ? text_ : flat_; }
 
  private:
@@ -70,7 +70,7 @@ class EdsFiles {
 
   /// Null if it cannot be read. Of a script: the file that its declarations describe; throws
   /// sim::BehaviourProblem. `beside`: path of a script that changes its objects; empty = none. `modules`: see
-  /// descriptions::read(), which may throw base::UsageError.
+  /// descriptions::read(), which may throw ModuleError.
   const EdsFile* find(const std::string& path, const std::string& beside = {},
                       const std::vector<base::Line>& modules = {});
   /// Reads all files of a plant.

@@ -25,9 +25,9 @@ void check_can_ids(const NetworkConfig& network, std::vector<sim::NodeParts>& no
     const ObjectDictionary objects(nodes[i].image.entries, nodes[i].image.values, nullptr);
     for (const ObjectEntry& entry : objects.entries()) {
       const std::string name = sender(objects, entry);
+      if (node.id == 0 || name.empty()) continue;
       const auto cob_id = static_cast<std::uint32_t>(objects.get(entry.index, entry.first_sub));
-      const bool is_sent = (cob_id & cob::kInvalid) == 0 && cob::is_usable(cob_id);
-      if (node.id == 0 || name.empty() || !is_sent) continue;
+      if ((cob_id & cob::kInvalid) != 0 || !cob::is_usable(cob_id)) continue;
       const auto& [id, first] = *senders.try_emplace(cob::id_of(cob_id), &node, name).first;
       if (first.first == &node) continue;
       lines.push_back(

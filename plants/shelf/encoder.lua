@@ -106,8 +106,7 @@ function update(now)
   if moved_at and now >= moved_at + at_rest then speed, moved_at = 0, nil end
   if not steps then read_parameters() end
   if not broken then
-    local count = (shaft * steps + 1e-6) // 1 + offset
-    position = count - count // range * range
+    position = ((shaft * steps + 1e-6) // 1 + offset) % range
     local rate = speed * steps
     if rate ~= shown_rate and has_rate then set(0x6030, 1, rate) shown_rate = rate end
   end
@@ -135,8 +134,7 @@ end
 function on_write(index, _, value)
   if index == 0x6003 then
     if not steps then read_parameters() end
-    local count = (shaft * steps + 1e-6) // 1
-    count = count - count // range * range
+    local count = (shaft * steps + 1e-6) // 1 % range
     if value < 0 or value >= range then return 0x06090030 end  -- value out of range
     offset = value - count
   end

@@ -51,7 +51,7 @@ TEST_CASE("commands, their values, and time") {
 
 namespace {
 
-// As on the page about devices.
+// The device on the page about devices.
 struct Doubler final : cbcan::sim::Behaviour {
   explicit Doubler(cbcan::sim::DeviceNode& node)
       : in(node.dictionary(), 0x2001, 0), out(node.dictionary(), 0x2002, 0) {}

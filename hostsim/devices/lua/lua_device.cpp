@@ -357,13 +357,13 @@ class LuaDevice final : public LuaBehaviour {
 
   void store(const ObjectEntry& entry, std::uint8_t sub, std::uint64_t raw) {
     ObjectDictionary& dictionary = node_.dictionary();
-    const std::uint64_t before = dictionary.number(entry, sub);
     if (entry.index < object::kFirstManufacturer && entry.has(ObjectFlags::kWrite) && !quiet_) {
       std::array<std::uint8_t, 8> bytes{};
       store_little_endian(bytes, raw);
       static_cast<void>(dictionary.write(entry.index, sub, std::span(bytes).first(entry.capacity), now_));
       return;
     }
+    const std::uint64_t before = dictionary.number(entry, sub);
     dictionary.set(entry.index, sub, raw);
     if (dictionary.number(entry, sub) == before || quiet_) return;
     if (updating_)

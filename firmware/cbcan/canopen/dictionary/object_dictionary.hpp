@@ -44,13 +44,13 @@ struct ObjectFlags {
   static constexpr std::uint16_t kUnset = 0x400;
   /// A command or a set point, not a parameter that 1010h stores.
   static constexpr std::uint16_t kSetPoint = 0x800;
-  /// 1010h stores it although clients cannot write it: what the device has derived from a command.
-  static constexpr std::uint16_t kKept = 0x4000;
   /// Sub-index 0 also exists, an UNSIGNED8 with the highest sub-index: saves an entry for each array.
   static constexpr std::uint16_t kCounted = 0x1000;
   /// The handler is asked after the stored value and its length are in `out` and `size`. A value that clients
   /// cannot write is the application's: a reset does not restore it.
   static constexpr std::uint16_t kAsked = 0x2000;
+  /// 1010h of a simulated node stores it although clients cannot write it: derived from a command.
+  static constexpr std::uint16_t kKept = 0x4000;
 };
 
 /// Offsets and lengths of values; those of the coprocessor's own objects fit in 16 bits.
