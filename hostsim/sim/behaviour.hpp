@@ -66,6 +66,12 @@ class DeviceNode {
  public:
   virtual ObjectDictionary& dictionary() = 0;
 
+  /// Writes as an SDO download does, whatever faults refuse those.
+  virtual void write_own(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value,
+                         Time now) {
+    static_cast<void>(dictionary().write(index, sub, value, now));
+  }
+
   /// An error has occurred: one EMCY with this code, and `register_bits` are set in 1001h until the error
   /// ends (CiA 301, 7.2.7). An error that is already present is not reported again.
   virtual void error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) = 0;

@@ -450,8 +450,14 @@ AbortCode Node::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<st
 
 AbortCode Node::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                          Time now) {
-  const AbortCode refused = faulty_.refusal(entry.index, sub);
+  const AbortCode refused = writes_itself_ ? AbortCode::kNone : faulty_.refusal(entry.index, sub);
   return refused != AbortCode::kNone ? refused : behaviour_->check(entry, sub, value, now);
+}
+
+void Node::write_own(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now) {
+  writes_itself_ = true;
+  DeviceNode::write_own(index, sub, value, now);
+  writes_itself_ = false;
 }
 
 void Node::on_stored(const ObjectEntry& entry, std::uint8_t sub, Time now) {
@@ -469,7 +475,8 @@ void Node::restore(std::uint16_t first_index, std::uint16_t last_index, Time now
 
 AbortCode Node::save_from(std::span<const std::uint8_t> values, std::uint16_t first_index,
                           std::uint16_t last_index) {
-  if (const AbortCode refused = faulty_.refusal(); refused != AbortCode::kNone) return refused;
+  const AbortCode refused = writes_itself_ ? AbortCode::kNone : faulty_.refusal();
+  if (refused != AbortCode::kNone) return refused;
   std::vector<std::uint8_t> before = saved_;
   copy_parameters(image_.entries, values, saved_, first_index, last_index);
   if (keep_saved()) return AbortCode::kNone;

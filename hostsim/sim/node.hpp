@@ -196,6 +196,8 @@ class Node final : public Receiver,
 
   // What the behaviour calls.
   ObjectDictionary& dictionary() override { return device_.dictionary(); }
+  void write_own(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value,
+                 Time now) override;
   void error(std::uint16_t code, std::uint8_t register_bits, const EmergencyInfo& info, Time now) override {
     device_.emergency().error(code, register_bits, info, now);
   }
@@ -264,6 +266,7 @@ class Node final : public Receiver,
   std::unique_ptr<Behaviour> behaviour_;
   Time behaviour_due_ = kNever;
   Time updated_at_ = kNever;  ///< of the behaviour's last update; kNever = none yet
+  bool writes_itself_ = false;  ///< write_own() is in progress
   bool ids_changed_ = false;
   bool update_pending_ = false;    ///< finish_update() is needed, whatever the device returns
   bool* activity_flag_ = nullptr;  ///< see watch()

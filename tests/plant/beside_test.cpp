@@ -86,6 +86,17 @@ function on_incident(name, present) if present then emcy(0xFF02) else emcy_over(
   CHECK(run(*plant, "get 66 0x6041") == "536");
 }
 
+TEST_CASE("a fault refuses what clients write, not what a script sets") {
+  const auto plant = plant_of(
+      kModule,
+      script("function on_write(index, _, value) if index == 0x6200 then set(0x1800, 5, value) end end"));
+  run(*plant, "fault 66 refuse index=0x1800 sub=5");
+  CHECK(written(*plant, "0x6200 1 1 20").empty());
+  CHECK(run(*plant, "get 66 0x1800:5") == "20");
+  CHECK(written(*plant, "0x1800 5 2 30") == "32 2048");  // 0800 0020h
+  CHECK(run(*plant, "get 66 0x1800:5") == "20");
+}
+
 TEST_CASE("a script that fails leaves the device") {
   const auto plant = plant_of(
       kModule, script("function before_update() if get(0x6200, 1) == 7 then error('seven') end end\n"));

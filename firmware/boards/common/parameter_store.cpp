@@ -16,8 +16,7 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-constexpr std::uint16_t kBoardSettings = 0x0FFF;    ///< below all objects; sub-index 1..
-constexpr std::uint16_t kEarlierSettings = 0x2FFF;  ///< of earlier versions; an object since
+constexpr std::uint16_t kBoardSettings = 0x0FFF;  ///< below all objects; sub-index 1..
 constexpr std::size_t kHeadBytes = 4;
 constexpr std::size_t kMostValueBytes = 255;
 constexpr std::size_t kMostComputedBytes = 8;
@@ -37,13 +36,6 @@ bool take(Bytes& rest, Value& value) {
   value = {static_cast<std::uint16_t>(rest[0] | rest[1] << 8), rest[2], rest.subspan(kHeadBytes, rest[3])};
   rest = rest.subspan(kHeadBytes + rest[3]);
   return true;
-}
-
-/// The index of the settings in this record.
-std::uint16_t settings_index(Bytes record) {
-  for (Value value; take(record, value);)
-    if (value.index == kBoardSettings) return kBoardSettings;
-  return kEarlierSettings;
 }
 
 constexpr bool has_settings(std::uint16_t first_index, std::uint16_t last_index) {
@@ -76,11 +68,9 @@ struct Contents final : RecordLog::Source {
   std::uint16_t last;
 
   void write_to(RecordLog::Writer& writer) const override {
-    const std::uint16_t settings_at = settings_index(before);
     Value value;
     for (Bytes rest = before; take(rest, value);) {
-      const bool is_setting = value.index == settings_at;
-      if (is_setting) value.index = kBoardSettings;
+      const bool is_setting = value.index == kBoardSettings;
       if (!(is_setting ? has_settings(first, last) : value.in(first, last))) put(writer, value);
     }
     if (objects == nullptr) return;
@@ -153,10 +143,9 @@ void ParameterStore::start(bool leave_aside) {
   std::array<std::uint16_t, kMostSettings> words;
   const std::span stored = std::span(words).first(settings_.size());
   std::ranges::copy(settings_, stored.begin());
-  const std::uint16_t settings_at = settings_index(log_.latest());
   Value value;
   for (Bytes rest = log_.latest(); take(rest, value);)
-    if (value.index == settings_at && value.sub - 1u < stored.size() && value.bytes.size() == 2)
+    if (value.index == kBoardSettings && value.sub - 1u < stored.size() && value.bytes.size() == 2)
       stored[value.sub - 1u] = static_cast<std::uint16_t>(load_little_endian(value.bytes));
   if (valid_(stored)) std::ranges::copy(stored, settings_.begin());
 }
@@ -193,11 +182,10 @@ void ParameterStore::load(ObjectDictionary& objects, ObjectHandler& handler, std
                           std::uint16_t last_index) {
   objects_ = &objects;
   if (left_aside_) return;
-  const std::uint16_t settings_at = settings_index(log_.latest());
   Value value;
   for (Bytes rest = log_.latest(); take(rest, value);) {
     ObjectEntry entry;
-    if (value.index == settings_at || !value.in(first_index, last_index) ||
+    if (!value.in(first_index, last_index) ||
         objects.find(value.index, value.sub, entry) != AbortCode::kNone || !is_parameter(entry) ||
         value.bytes.size() > entry.capacity ||
         (value.bytes.size() < entry.capacity && !entry.has(ObjectFlags::kVariable)))

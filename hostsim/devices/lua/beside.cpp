@@ -89,6 +89,10 @@ class Beside final : public sim::Behaviour, private sim::DeviceNode {
 
   // The node of both.
   ObjectDictionary& dictionary() override { return node_.dictionary(); }
+  void write_own(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value,
+                 Time now) override {
+    node_.write_own(index, sub, value, now);
+  }
   void error(std::uint16_t code, std::uint8_t register_bits, const sim::EmergencyInfo& info,
              Time now) override {
     node_.error(code, register_bits, info, now);

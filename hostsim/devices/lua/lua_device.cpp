@@ -360,7 +360,7 @@ class LuaDevice final : public LuaBehaviour {
     if (entry.index < object::kFirstManufacturer && entry.has(ObjectFlags::kWrite) && !quiet_) {
       std::array<std::uint8_t, 8> bytes{};
       store_little_endian(bytes, raw);
-      static_cast<void>(dictionary.write(entry.index, sub, std::span(bytes).first(entry.capacity), now_));
+      node_.write_own(entry.index, sub, std::span(bytes).first(entry.capacity), now_);
       return;
     }
     const std::uint64_t before = dictionary.number(entry, sub);

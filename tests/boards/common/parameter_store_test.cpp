@@ -167,32 +167,6 @@ TEST_CASE("1010h: what has its power-on value takes no room") {
   CHECK(board.flash.operations == before + 11);
 }
 
-TEST_CASE("1010h: board settings stored as 2FFFh by earlier versions are taken over") {
-  Board board;
-  OtherImage({0xFF, 0x2F, 1, 2, 9, 0,     // settings
-              0x17, 0x10, 0, 2, 0xF4, 1,  //
-              0xFF, 0x2F, 2, 2, 96, 0})
-      .keep_in(board.flash);
-  board.on();
-  CHECK(board.settings == std::array<std::uint16_t, 2>{9, 96});
-  CHECK(board.get(0x1017, 0) == 500);
-  SECTION("and kept by a command for other parameters") {
-    board.save(2);
-    board.on();
-    CHECK(board.settings == std::array<std::uint16_t, 2>{9, 96});
-  }
-  SECTION("and not taken over again") {
-    board.settings = {8, 48};
-    board.save(4);
-    board.on();
-    CHECK(board.settings == std::array<std::uint16_t, 2>{8, 48});
-    board.command(0x1011, 4, kLoad).check_done();
-    board.on();
-    CHECK(board.settings == std::array<std::uint16_t, 2>{1, 1152});
-  }
-  CHECK(board.get(0x1017, 0) == 500);
-}
-
 TEST_CASE("1010h: stored values that another image knows otherwise, or not at all, do not count") {
   Board board;
   OtherImage({0x17, 0x10, 0, 4, 1,    2, 3, 4,  // four bytes instead of two
