@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Bit timing of CAN controllers whose segments are like those of the classic ones: bxCAN (RM0390, 30.7.7).
+/// Bit timing of CAN controllers whose segments are like those of the classic ones: bxCAN (RM0390, 30.7.7),
+/// MCP2515 (DS20001801, 5.0).
 /// One bit is 1 + segment1 + segment2 time quanta of `prescaler` clock periods each; it is
 /// sampled at the end of segment 1.
 
@@ -25,7 +26,8 @@ struct BitTiming {
 /// is nearest to 87.5 % (CiA 301, 5.2); then the one with the most time quanta, 8 to 25. None if the nearest
 /// rate that `clock` (Hz) gives is off by more than 500 ppm, half of what a good oscillator may be off.
 constexpr std::optional<BitTiming> bit_timing(std::uint32_t clock, std::uint32_t bit_rate,
-                                              std::uint32_t most_prescaler) {
+                                              std::uint32_t most_prescaler,
+                                              std::uint32_t least_segment2 = 1) {
   constexpr std::uint32_t kMinQuanta = 8, kMaxQuanta = 25, kMaxSegment1 = 16, kMaxSegment2 = 8;
   if (bit_rate == 0) return {};
   std::optional<BitTiming> best;
@@ -38,7 +40,7 @@ constexpr std::optional<BitTiming> bit_timing(std::uint32_t clock, std::uint32_t
     const std::uint32_t made = prescaler * per_prescaler;
     const std::uint32_t off = made > clock ? made - clock : clock - made;
     if (off > least_off) continue;
-    for (std::uint32_t segment2 = 1; segment2 <= kMaxSegment2; ++segment2) {
+    for (std::uint32_t segment2 = least_segment2; segment2 <= kMaxSegment2; ++segment2) {
       const std::uint32_t segment1 = quanta - 1 - segment2;
       if (segment1 == 0 || segment1 > kMaxSegment1) continue;
       // segment2 / quanta should be 1/8; the error in 1/1000 of a bit.

@@ -14,6 +14,8 @@ TEST_CASE("bit timing: the nearest rate, then the sample point nearest to 87.5 %
   CHECK(bit_timing(25'000'000, 1'000'000, 1024) == BitTiming{1, 16, 8});  // 25, the most
   CHECK(bit_timing(100'000'000, 1'000'000, 256) == BitTiming{5, 16, 3});  // 85 %
   CHECK(bit_timing(99'990'000, 1'000'000, 256) == BitTiming{5, 16, 3});   // 100 ppm off
+  CHECK(bit_timing(4'000'000, 500'000, 64, 2) ==
+        BitTiming{1, 5, 2});  // the second segment as short as it may be
 }
 
 TEST_CASE("bit timing: a rate is made to 500 ppm, or not at all") {
