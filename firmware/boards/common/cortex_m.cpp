@@ -45,6 +45,11 @@ constexpr std::uint32_t kMpuOnWithDefaultMap = 5;
 constexpr std::uint32_t kMpuRegionBase = 0xD9C;
 constexpr std::uint32_t kRegionValid = 1u << 4;
 constexpr std::uint32_t kMpuRegionAttributes = 0xDA0;
+#ifdef __ARM_ARCH_6M__
+constexpr std::uint32_t kLeastRegionLog2 = 8;
+#else
+constexpr std::uint32_t kLeastRegionLog2 = 5;
+#endif
 
 constexpr std::uint32_t kPaint = 0xDEADBEEF;
 
@@ -66,7 +71,7 @@ void enable_traps() {
   constexpr std::uint32_t kGuardLog2 = 10;  // more than any function's frame: -Wstack-usage
   kSystem.write(kHandlerControl, kMemoryBusUsageFaults);
   modify(kSystem, kConfiguration, 0, kTrapDivisionByZero);
-  protect(0, 0, 5);
+  protect(0, 0, kLeastRegionLog2);
   protect(1, reinterpret_cast<std::uintptr_t>(stack_begin) - (1u << kGuardLog2), kGuardLog2);
   kSystem.write(kMpuControl, kMpuOnWithDefaultMap);
   asm volatile("dsb\n\tisb" ::: "memory");
