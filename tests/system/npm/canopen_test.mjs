@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The simulated devices with npm's canopen as the master. On the interface that CBCAN_VCAN names, or else over SLCAN.
 // usage: node canopen_test.mjs CBCAN_SIM SOURCE_FOLDER [SLAVE]
-// SLAVE is the I/O module instead of the simulated one: the program of examples/slave, or its image for QEMU.
+// SLAVE is the I/O module instead of the simulated one: the program of examples/slave, or its image for QEMU or rp2040js.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
@@ -46,12 +46,14 @@ function plant(folder) {
 }
 
 /// Returns when it has booted.
-async function startSlave(bus, address) {
+async function startSlave(bus, address, control) {
   const booted = new Promise((resolve) => bus.on("frame", ({ id }) => id === 0x742 && resolve()));
   const [host, port] = address.split(":");
   const qemu = ["-M", "mps2-an385", "-kernel", slave, "-display", "none", "-monitor", "none", "-serial", "null",
     "-serial", `tcp:${address},nodelay=on`];
-  const child = slave.endsWith(".elf") ? spawn("qemu-system-arm", qemu) : spawn(slave, [host, port]);
+  const pico = [join(import.meta.dirname, "slave.mjs"), slave, address, control];
+  const child = slave.endsWith(".elf") ? spawn("qemu-system-arm", qemu)
+    : slave.endsWith(".uf2") ? spawn(process.execPath, pico, { stdio: "inherit" }) : spawn(slave, [host, port]);
   running.add(child);
   await booted;
   return child;
@@ -62,9 +64,10 @@ async function withPlant(use, ...options) {
   count();
   const place = vcan ? ["--can", `socketcan:${vcan}`] : ["--slcan", "127.0.0.1:0"];
   const folder = mkdtempSync(join(tmpdir(), "cbcan-plant-"));
-  const simulator = await startSimulator(program, "--config", plant(folder), ...place, ...options);
+  if (slave?.endsWith(".uf2")) options.push("--clock", "manual");
+  const simulator = await startSimulator(program, "--config", plant(folder), "--control", "127.0.0.1:0", ...place, ...options);
   const bus = vcan ? await socketCanBus(vcan) : await slcanBus(simulator.where.slcan);
-  const io = slave && (await startSlave(bus, simulator.where.slcan));
+  const io = slave && (await startSlave(bus, simulator.where.slcan, simulator.where.control));
   const master = new Device({ id: 126, eds: new Eds() });
   try {
     for (const node of [IO, TRANSDUCER, DRIVE, GENERIC]) master.eds.addSdoClientParameter(node, 0x600 + node, 0x580 + node);
@@ -298,7 +301,7 @@ test("TIME: the module is set by it, and produces it", () => withPlant(async (ma
   // 14,400,500 ms after midnight of the next day
   await commands(control, `trigger write 0 0x3008 0 6 ${14_400_500 & 0xffff} ${14_400_500 >> 16} 16939`);
   assert.deepEqual(await heard, new Date("2030-05-18T04:00:00.500Z"));
-}, "--set", "module.enabled=true", "--control", "127.0.0.1:0"));
+}, "--set", "module.enabled=true"));
 
 const IDENTITY = { vendorId: 0x2b, productCode: 0xc0ffee, revisionNumber: 0x10002, serialNumber: 0x80000001 };
 
