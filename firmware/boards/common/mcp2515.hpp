@@ -21,6 +21,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 
 #include "boards/common/bit_timing.hpp"
 #include "boards/common/hardware.hpp"
@@ -90,8 +91,9 @@ class Mcp2515 final : public CanPort {
     const auto flags = exchange<5>({kRead, kCanInte});
     if (flags[2] != kInterrupts) return start_again(now);  // it does not answer, or has been reset
     acknowledge(flags[3], flags[4], now);
-    state_ = state_of(flags[4], now);
+    const BusState before = std::exchange(state_, state_of(flags[4], now));
     const Time due = take_back_stale(now);
+    if (state_ != before) return now;  // so that the loop sees it
     return state_ == BusState::kActive ? due : earlier(due, now + kLook);
   }
 
