@@ -7,6 +7,6 @@
 
 namespace cbcan {
 
-inline constexpr Services kServices{};
+inline constexpr Services kServices{.streamed_downloads = true};
 
 }  // namespace cbcan

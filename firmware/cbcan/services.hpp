@@ -42,6 +42,9 @@ struct Services {
   /// limits of values.
   bool other_devices = true;
 
+  /// Objects that the application of an SDO server takes piece by piece, such as 1F50h: DownloadStream.
+  bool streamed_downloads = false;
+
   bool counters =
       true;  ///< diagnostics such as SdoClient::counters(); counters of transactions are always there
 

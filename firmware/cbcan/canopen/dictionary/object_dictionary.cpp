@@ -111,6 +111,7 @@ AbortCode ObjectDictionary::write(std::uint16_t index, std::uint8_t sub, std::sp
   ObjectEntry entry;
   if (const AbortCode missing = find(index, sub, entry); missing != AbortCode::kNone) return missing;
   if (!entry.has(ObjectFlags::kWrite)) return AbortCode::kReadOnly;
+  if (entry.is_streamed()) return AbortCode::kIncompatible;
   if (bytes.size() > entry.capacity) return AbortCode::kParameterLength;
   if (bytes.size() < entry.capacity && !entry.has(ObjectFlags::kVariable)) return AbortCode::kObjectLength;
   if (const AbortCode bad = check_limits(entry, sub, bytes); bad != AbortCode::kNone) return bad;

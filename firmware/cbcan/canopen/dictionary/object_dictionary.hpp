@@ -51,6 +51,9 @@ struct ObjectFlags {
   static constexpr std::uint16_t kAsked = 0x2000;
   /// 1010h of a simulated node stores it although clients cannot write it: derived from a command.
   static constexpr std::uint16_t kKept = 0x4000;
+  /// The value is not stored and has any length: the SDO server hands a download over piece by piece
+  /// (DownloadStream). With kComputed and a capacity of 0, of clients that only write.
+  static constexpr std::uint16_t kStreamed = 0x8000;
 };
 
 /// Offsets and lengths of values; those of the coprocessor's own objects fit in 16 bits.
@@ -71,6 +74,7 @@ struct ObjectEntry {
 
   static constexpr std::uint32_t kLengthBytes = 4;
   constexpr bool has(std::uint16_t flag) const { return (flags & flag) != 0; }
+  constexpr bool is_streamed() const { return kServices.streamed_downloads && has(ObjectFlags::kStreamed); }
   constexpr std::uint16_t last_index() const { return static_cast<std::uint16_t>(index + more_indices); }
   constexpr bool has_index(std::uint16_t i) const { return index <= i && i <= last_index(); }
   constexpr bool holds(std::uint16_t i, std::uint8_t sub) const {
@@ -153,7 +157,8 @@ class ObjectDictionary {
                  Time now) const;
 
   /// Writes as an SDO download does: checks access rights, length (too long kParameterLength, too short
-  /// kObjectLength) and limits, and asks the handler. The value is stored completely or not at all.
+  /// kObjectLength) and limits, and asks the handler; kStreamed is kIncompatible. The value is stored
+  /// completely or not at all.
   AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now);
 
   /// Returns, for the device itself, a stored number of up to 8 bytes, whatever its access rights; 0 if there

@@ -51,4 +51,10 @@ std::uint16_t crc16(std::span<const std::uint8_t> bytes) {
   return static_cast<std::uint16_t>(crc);
 }
 
+std::uint16_t crc16(std::uint16_t crc, std::span<const std::uint8_t> bytes) {
+  for (const std::uint8_t byte : bytes)
+    crc = static_cast<std::uint16_t>((crc << 8 & 0xFFFF) ^ remainder(Word{crc} >> 8 ^ byte));
+  return crc;
+}
+
 }  // namespace cbcan

@@ -6,10 +6,12 @@
 
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/sdo/crc16.hpp"
+#include "cbcan/copy_bytes.hpp"
 
 namespace cbcan {
 
 void SdoServer::reset(std::uint32_t response_id) {
+  end_stream();
   state_ = State::kIdle;
   outbox_.drop();
   outbox_.frame().id = response_id;
@@ -23,6 +25,9 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
     return;
   }
   const std::uint8_t command = frame.data[0];
+  if (is_held() && command != sdo::command(sdo::Request::kAbort) &&
+      (awaits_client() || sdo::is(command, sdo::Request::kDownloadSegment)))
+    return;  // its client waits
   if (awaits_client() && command != sdo::command(sdo::Request::kAbort)) {
     if (state_ == State::kBlockDownload) return block_download_segment(frame);
     if (is_last_segment(command)) return;
@@ -42,6 +47,7 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
       return block_upload(frame);
     case sdo::Request::kAbort:
       ++counters_.aborts_received;
+      end_stream();
       state_ = State::kIdle;
       return;
   }
@@ -50,8 +56,13 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
 
 void SdoServer::poll(Time now) {
   now_ = now;
-  if (!outbox_.waiting()) {
-    if (awaits_client() && now >= deadline_) abort(AbortCode::kTimeOut);
+  if (is_held()) {
+    const AbortCode refused = hand_over(stream_->piece, stream_->last);
+    if (refused != AbortCode::kNone) return abort(refused);
+    await_client();
+    if (!is_held()) outbox_.send(now_);
+  } else if (!outbox_.waiting()) {
+    if (times_out() && now >= deadline_) abort(AbortCode::kTimeOut);
   } else if (outbox_.send(now_)) {
     await_client();
     if (kServices.block_transfer && state_ == State::kBlockUploadStream) stream_segments();
@@ -59,6 +70,7 @@ void SdoServer::poll(Time now) {
 }
 
 void SdoServer::abort(AbortCode code) {
+  end_stream();
   state_ = State::kIdle;
   ++counters_.aborts_sent;
   respond(sdo::command(sdo::Response::kAbort), mux_, static_cast<std::uint32_t>(code));
@@ -66,13 +78,15 @@ void SdoServer::abort(AbortCode code) {
 
 void SdoServer::respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) {
   sdo::put_bytes(outbox_.frame(), command, bytes_1_to_3, tail);
-  outbox_.send(now_);
+  if (is_streaming()) await_client();
+  if (!is_held()) outbox_.send(now_);
 }
 
 // ---- Download
 
 /// Rejects as much as possible before the first byte: no object, no access, a size that cannot fit.
 AbortCode SdoServer::begin_download(const Frame& frame, bool sized) {
+  end_stream();
   mux_ = sdo::multiplexer_of(frame);
   done_ = 0;
   size_ = sized ? sdo::tail_of(frame) : kUndeclared;
@@ -80,6 +94,7 @@ AbortCode SdoServer::begin_download(const Frame& frame, bool sized) {
   const AbortCode missing = dictionary_.find(sdo::index_of(mux_), sdo::sub_of(mux_), entry);
   if (missing != AbortCode::kNone) return missing;
   if (!entry.has(ObjectFlags::kWrite)) return AbortCode::kReadOnly;
+  if (entry.is_streamed()) return begin_stream();
   capacity_ = entry.capacity;
   if (sized && size_ > capacity_) return AbortCode::kParameterLength;
   if (sized && size_ < capacity_ && !entry.has(ObjectFlags::kVariable)) return AbortCode::kObjectLength;
@@ -87,7 +102,9 @@ AbortCode SdoServer::begin_download(const Frame& frame, bool sized) {
 }
 
 AbortCode SdoServer::store() {
-  if (size_ != kUndeclared && done_ != size_) return AbortCode::kObjectLength;
+  const std::size_t before = is_streaming() ? stream_->offset : 0;
+  if (size_ != kUndeclared && before + done_ != size_) return AbortCode::kObjectLength;
+  if (is_streaming()) return hand_over(done_, true);
   return dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), buffer_.first(done_), now_);
 }
 
@@ -103,16 +120,20 @@ void SdoServer::initiate_download(const Frame& frame) {
 
 void SdoServer::download_expedited(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
+  end_stream();
   state_ = State::kIdle;
   mux_ = sdo::multiplexer_of(frame);
   std::size_t size = sdo::expedited_size(command);
   if ((command & sdo::kSizeIndicated) == 0) {  // four bytes, of which the object takes as many as it has
     ObjectEntry entry{};
-    if (dictionary_.find(sdo::index_of(mux_), sdo::sub_of(mux_), entry) == AbortCode::kNone)
+    if (dictionary_.find(sdo::index_of(mux_), sdo::sub_of(mux_), entry) == AbortCode::kNone &&
+        !entry.is_streamed())
       size = std::min<std::size_t>(sdo::kExpeditedBytes, entry.capacity);
   }
-  const AbortCode refused =
+  AbortCode refused =
       dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), std::span(frame.data).subspan(4, size), now_);
+  if (kServices.streamed_downloads && refused == AbortCode::kIncompatible)
+    refused = stream_expedited(frame, size);
   if (refused != AbortCode::kNone) return abort(refused);
   respond(sdo::command(sdo::Response::kInitiateDownload), mux_, 0);
 }
@@ -128,14 +149,62 @@ void SdoServer::download_segment(const Frame& frame) {
   if ((command & sdo::kLastSegment) != 0) {
     state_ = State::kIdle;
     if (const AbortCode refused = store(); refused != AbortCode::kNone) return abort(refused);
+  } else if (is_streaming() && done_ + sdo::kSegmentBytes > buffer_.size()) {
+    if (const AbortCode refused = hand_over(done_, false); refused != AbortCode::kNone) return abort(refused);
   }
   respond(sdo::command(sdo::Response::kDownloadSegment, toggle_), 0, 0);
   toggle_ ^= sdo::kToggle;
 }
 
+// ---- Streamed download
+
+/// `size`: of a download that is whole in the buffer; 0 = none is.
+AbortCode SdoServer::begin_stream(std::size_t size) {
+  if (stream_->to == nullptr) return AbortCode::kReadLength;
+  capacity_ = kUndeclared;
+  done_ = size;
+  stream_->active = true;
+  stream_->offset = stream_->crc = 0;
+  return hand_over(size, size != 0);
+}
+
+AbortCode SdoServer::stream_expedited(const Frame& frame, std::size_t size) {
+  ObjectEntry entry{};
+  dictionary_.find(sdo::index_of(mux_), sdo::sub_of(mux_), entry);
+  if (!entry.is_streamed()) return AbortCode::kIncompatible;
+  sdo::take_expedited(frame, buffer_.data(), size);
+  return begin_stream(size);
+}
+
+/// The first `size` bytes of the buffer are a piece. kNone also if the application takes it later.
+AbortCode SdoServer::hand_over(std::size_t size, bool last) {
+  const std::span piece = buffer_.first(size);
+  const AbortCode answer =
+      stream_->to->on_piece({sdo::index_of(mux_), sdo::sub_of(mux_), stream_->offset, piece, last}, now_);
+  stream_->later = answer == DownloadStream::kLater;
+  stream_->piece = size;
+  stream_->last = last;
+  if (stream_->later) return AbortCode::kNone;
+  if (answer != AbortCode::kNone) return answer;
+  stream_->crc = crc16(stream_->crc, piece);
+  done_ -= size;
+  copy_bytes(buffer_.data() + size, buffer_.data(), done_);
+  stream_->offset += size;
+  stream_->active = !last;
+  return AbortCode::kNone;
+}
+
+/// Tells the application if its download has not reached the end.
+void SdoServer::end_stream() {
+  if (!is_streaming()) return;
+  stream_->active = stream_->later = false;
+  stream_->to->on_aborted();
+}
+
 // ---- Upload
 
 AbortCode SdoServer::begin_upload(const Frame& frame) {
+  end_stream();
   mux_ = sdo::multiplexer_of(frame);
   done_ = 0;
   size_ = 0;
@@ -181,6 +250,9 @@ void SdoServer::initiate_block_download(const Frame& frame) {
   first_ = true;
   const bool checked = (command & (sdo::kBlockCrc | sdo::kBlockSizeIndicated)) != 0;
   block_size_ = checked ? sdo::kMaxBlockSize : kMaxUncheckedBlockSize;
+  if (is_streaming())
+    block_size_ =
+        static_cast<std::uint8_t>(std::min<std::size_t>(block_size_, buffer_.size() / sdo::kSegmentBytes));
   await_client();
   respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kInitiate, sdo::kBlockCrc)),
           mux_, block_size_);
@@ -188,7 +260,10 @@ void SdoServer::initiate_block_download(const Frame& frame) {
 
 /// A microsecond more: the client's own timeout, which is often the same, comes first.
 void SdoServer::await_client() {
-  deadline_ = block_timeout_ms_ == 0 ? kNever : now_ + milliseconds(block_timeout_ms_) + 1;
+  if (is_held())
+    deadline_ = now_ + kMillisecond;  // the application is asked again
+  else
+    deadline_ = block_timeout_ms_ == 0 ? kNever : now_ + milliseconds(block_timeout_ms_) + 1;
 }
 
 /// The last segment may be longer than the rest of the value: all seven bytes are kept if there is room, and
@@ -210,6 +285,10 @@ void SdoServer::block_download_segment(const Frame& frame) {
     sequence_ = sequence;
   }
   if (!last && sequence != block_size_) return;
+  const std::size_t kept = in_order && last ? sdo::kSegmentBytes : 0;  // its length is not known yet
+  if (is_streaming() && done_ != kept)
+    if (const AbortCode refused = hand_over(done_ - kept, false); refused != AbortCode::kNone)
+      return abort(refused);
   const std::uint32_t taken_and_size = sequence_ | std::uint32_t{block_size_} << 8;
   respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kAcknowledge)),
           taken_and_size, 0);
@@ -225,7 +304,9 @@ void SdoServer::end_block_download(const Frame& frame) {
   const std::size_t unused = sdo::block_unused(frame.data[0]);
   if (unused > done_ || done_ - unused > capacity_) return abort(AbortCode::kParameterLength);
   done_ -= unused;
-  if (crc_ && sdo::load16(frame, 1) != crc16(buffer_.first(done_))) return abort(AbortCode::kBlockCrc);
+  const std::span value = buffer_.first(done_);
+  if (crc_ && sdo::load16(frame, 1) != (is_streaming() ? crc16(stream_->crc, value) : crc16(value)))
+    return abort(AbortCode::kBlockCrc);
   state_ = State::kIdle;
   if (const AbortCode refused = store(); refused != AbortCode::kNone) return abort(refused);
   respond(sdo::command(sdo::Response::kBlockDownload, sdo::bits(sdo::BlockStep::kEnd)), 0, 0);

@@ -4,7 +4,8 @@
 /// SDO server (CiA 301, 7.2.4) of one node over its object dictionary: expedited, segmented and block, one
 /// transfer at a time. Values are read completely when an upload begins and written completely when a
 /// download has ended without an error, so an interrupted transfer changes nothing. A block download that its
-/// client has left is aborted: until then every request of another client would be one of its segments.
+/// client has left is aborted: until then every request of another client would be one of its segments. So is
+/// any streamed download (DownloadStream).
 /// Nothing blocks, nothing is allocated; not re-entrant.
 
 #include <cstddef>
@@ -12,6 +13,7 @@
 #include <span>
 
 #include "cbcan/can_port.hpp"
+#include "cbcan/canopen/built_if.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
 #include "cbcan/canopen/outbox.hpp"
 #include "cbcan/canopen/sdo/protocol.hpp"
@@ -20,6 +22,31 @@
 #include "cbcan/time.hpp"
 
 namespace cbcan {
+
+/// Takes downloads of any length, which no buffer holds, to ObjectFlags::kStreamed objects piece by piece.
+class DownloadStream {
+ public:
+  struct Piece {
+    std::uint16_t index;
+    std::uint8_t sub;
+    std::size_t offset;  ///< in this download
+    std::span<const std::uint8_t> bytes;
+    bool last;  ///< the length and the CRC, if the client gave them, are right
+  };
+  /// Not yet: the response waits, and the same piece comes again with SdoServer::poll().
+  static constexpr AbortCode kLater{0xFFFFFFFF};
+
+  /// Segmented and block downloads begin with an empty piece at offset 0, which is not the last, and have one
+  /// or more further ones; an expedited download is one piece. kNone, kLater, or a code that aborts the
+  /// download.
+  virtual AbortCode on_piece(const Piece& piece, Time now) = 0;
+  /// The download has ended before its last piece was taken: aborted by either side, timed out, replaced by
+  /// another request, or the node has left the SDO states. Also after a piece that was refused.
+  virtual void on_aborted() = 0;
+
+ protected:
+  ~DownloadStream() = default;
+};
 
 class SdoServer {
  public:
@@ -39,7 +66,8 @@ class SdoServer {
   };
 
   /// `buffer` holds one value during a transfer: a larger object cannot be transferred (0504 0005h, "out of
-  /// memory" in CiA 301). All three outlive the server.
+  /// memory" in CiA 301). Streamed objects need seven bytes; more make longer pieces and sub-blocks. All
+  /// three outlive the server.
   SdoServer(ObjectDictionary& dictionary, CanPort& port, std::span<std::uint8_t> buffer)
       : dictionary_(dictionary), buffer_(buffer), outbox_(port) {}
 
@@ -49,16 +77,23 @@ class SdoServer {
   /// A frame with the CAN-ID of requests: 600h + node ID for the first server.
   void on_frame(const Frame& frame, Time now);
 
-  /// Time for which a block download waits for its client's next frame before it ends with 0504 0000h; 0 =
-  /// without limit. Applies from the next frame on.
+  /// Takes the downloads of kStreamed objects, and outlives the server; without it they are refused.
+  template <Services kOf = kServices>
+  void set_stream(DownloadStream& stream) {
+    static_assert(kOf.streamed_downloads, "kServices has no streamed_downloads");
+    stream_->to = &stream;
+  }
+
+  /// Time for which a block or streamed download waits for its client's next frame before it ends with 0504
+  /// 0000h; 0 = without limit. Applies from the next frame on.
   void set_block_timeout(std::uint16_t timeout_ms) { block_timeout_ms_ = timeout_ms; }
 
   /// Tries a refused frame again, and ends a block download. Call it at deadline() at the latest.
   void poll(Time now);
   /// kNever unless the port has refused a response or a segment, or a block download waits for its client.
-  Time deadline() const { return awaits_client() && !outbox_.waiting() ? deadline_ : outbox_.deadline(); }
+  Time deadline() const { return times_out() && !outbox_.waiting() ? deadline_ : outbox_.deadline(); }
   /// False: deadline() is kNever.
-  bool waits() const { return outbox_.waiting() || awaits_client(); }
+  bool waits() const { return outbox_.waiting() || times_out(); }
 
   const Counters& counters() const { return counters_; }
 
@@ -77,6 +112,17 @@ class SdoServer {
     kBlockUploadEnd,
   };
 
+  /// The streamed download in progress. `piece` bytes at the front of the buffer are with the application.
+  struct Stream {
+    DownloadStream* to = nullptr;
+    bool active = false;
+    bool later = false;  ///< the application has not taken the piece yet: the response waits
+    bool last = false;   ///< it is the last one
+    std::uint16_t crc = 0;
+    std::size_t offset = 0;  ///< of the piece
+    std::size_t piece = 0;
+  };
+
   void initiate_download(const Frame& frame);
   void download_expedited(const Frame& frame);
   void download_segment(const Frame& frame);
@@ -93,6 +139,16 @@ class SdoServer {
     return kServices.block_transfer &&
            (state_ == State::kBlockDownload || state_ == State::kBlockDownloadEnd);
   }
+  bool is_streaming() const { return kServices.streamed_downloads && stream_->active; }
+  /// The application has not taken the piece yet.
+  bool is_held() const { return kServices.streamed_downloads && stream_->later; }
+  bool times_out() const {
+    return awaits_client() || is_held() || (is_streaming() && state_ == State::kDownload);
+  }
+  AbortCode begin_stream(std::size_t size = 0);
+  AbortCode stream_expedited(const Frame& frame, std::size_t size);
+  AbortCode hand_over(std::size_t size, bool last);
+  void end_stream();
   [[gnu::noinline]] void await_client();
   /// The end of a block download is expected, and this is its last segment again.
   bool is_last_segment(std::uint8_t command) const {
@@ -121,6 +177,7 @@ class SdoServer {
   std::size_t capacity_ = 0;   ///< bytes that a download may have
   ObjectDictionary& dictionary_;
   std::span<std::uint8_t> buffer_;
+  [[no_unique_address]] BuiltIf<kServices.streamed_downloads, Stream> stream_;
   Time now_ = 0;            ///< time of the current call
   Time deadline_ = kNever;  ///< of what awaits_client()
   Outbox outbox_;
