@@ -29,6 +29,9 @@ constexpr std::array<AccessFlags, 6> kAccessFlags{{
     {ObjectFlags::kRead, ObjectFlags::kMapTpdo},
 }};
 
+/// Most bytes of a piece of a streamed download, and of a sub-block.
+constexpr std::uint32_t kPieceCapacity = 18 * 7;
+
 bool is_variable(DataType type) {
   return size_of(type) == 0;
 }
@@ -109,6 +112,20 @@ bool follows_node_id(const Object& object) {
   return !is_checked && value >= 0 && most <= highest && static_cast<std::uint64_t>(value) <= highest - most;
 }
 
+/// A DOMAIN that can only be written, as CiA 302-3 has it.
+bool is_program_data(const ObjectEntry& entry) {
+  return entry.index == object::kProgramData && entry.type == DataType::kDomain &&
+         entry.has(ObjectFlags::kWrite) && !entry.has(ObjectFlags::kRead);
+}
+
+void prepare_program(ObjectEntry& entry) {
+  if (is_program_data(entry)) {
+    entry.flags = ObjectFlags::kWrite | ObjectFlags::kComputed | ObjectFlags::kStreamed;
+    entry.capacity = 0;
+  }
+  if (is_program_number(entry.index)) entry.flags |= ObjectFlags::kComputed | ObjectFlags::kSetPoint;
+}
+
 }  // namespace
 
 DictionaryImage dictionary_image(const DeviceDescription& device) {
@@ -129,11 +146,13 @@ bool only_values_differ(std::string_view text, const std::vector<Object>& object
 }
 
 DictionaryImage prepared(DictionaryImage image) {
+  const bool programs = std::ranges::any_of(image.entries, is_program_data);
   for (ObjectEntry& entry : image.entries) {
     entry.flags |= ObjectFlags::kChecked;
     const bool is_command = entry.index == object::kStore || entry.index == object::kRestore;
     if (is_command && entry.first_sub != 0) entry.flags |= ObjectFlags::kComputed;
     if (is_command || entry.index == object::kErrorHistory) entry.flags |= ObjectFlags::kSetPoint;
+    if (programs && entry.first_sub != 0) prepare_program(entry);
   }
   return image;
 }
@@ -155,7 +174,8 @@ DeviceMemory memory_of(const std::vector<ObjectEntry>& entries) {
   for (const ObjectEntry& entry : entries) {
     const bool given = entry.has(ObjectFlags::kAsked) && entry.has(ObjectFlags::kVariable);
     memory.largest_value =
-        std::max<std::size_t>({memory.largest_value, entry.capacity, given ? kStringCapacity : 0});
+        std::max<std::size_t>({memory.largest_value, entry.capacity, given ? kStringCapacity : 0,
+                               entry.has(ObjectFlags::kStreamed) ? kPieceCapacity : 0});
     if (is_mapping(entry.index))
       memory.objects_of_pdo =
           std::max(memory.objects_of_pdo, std::min<std::size_t>(entry.last_sub, PdoMapping::kMostObjects));

@@ -10,6 +10,7 @@
 
 #include "cbcan/canopen/dictionary/node_id_values.hpp"
 #include "cbcan/canopen/dictionary/object_dictionary.hpp"
+#include "cbcan/canopen/program_download.hpp"
 #include "descriptions/device_description.hpp"
 
 namespace cbcan::descriptions {
@@ -35,7 +36,8 @@ DictionaryImage dictionary_image(const DeviceDescription& device);
 bool only_values_differ(std::string_view text, const std::vector<Object>& objects);
 
 /// The same for a Device: every write goes through on_write(), and what is written to 1003h, 1010h and 1011h
-/// is a command.
+/// is a command. With 1F50h, a DOMAIN that can only be written, 1F50h is streamed, and 1F51h, 1F56h and 1F57h
+/// are computed (cbcan/canopen/program_download.hpp).
 DictionaryImage prepared(DictionaryImage image);
 
 /// Objects that are mapped into PDOs at the start are taken for process data. `dictionary`: of these entries.

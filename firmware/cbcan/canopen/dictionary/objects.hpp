@@ -54,6 +54,12 @@ inline constexpr std::uint16_t kExpectedSerial = 0x1F88;        ///< 1018h:04
 inline constexpr std::uint16_t kBootTime = 0x1F89;              ///< ms, for the mandatory slaves
 inline constexpr std::uint16_t kRestoreConfiguration = 0x1F8A;  ///< sub-index of 1011h to be written first
 
+// Program download (CiA 302-3), each with the program's number as sub-index.
+inline constexpr std::uint16_t kProgramData = 0x1F50;
+inline constexpr std::uint16_t kProgramControl = 0x1F51;
+inline constexpr std::uint16_t kProgramIdentification = 0x1F56;
+inline constexpr std::uint16_t kFlashStatus = 0x1F57;
+
 // Objects of this library's manager.
 inline constexpr std::uint16_t kRpdoSource = 0x300A;  ///< sub-index = RPDO: node, flags, mapping of its TPDO
 inline constexpr std::uint16_t kOutputsMode =
