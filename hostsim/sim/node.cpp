@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "base/text.hpp"
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "sim/number.hpp"
 
@@ -65,6 +66,7 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
   device_.slave().sdo_server().set_block_timeout(parts.block_timeout_ms);
   if (parts.takes_time) faulty_.set_timing(seed_);
   if (parts.lss) lss_.emplace(of_lss, faulty_);
+  add_program();
   behaviour_ = make_behaviour_ ? make_behaviour_(*this, seed_) : std::make_unique<Behaviour>();
   image_.values = saved_ = values_;  // with the behaviour's values for objects that have none in the file
   if (!make_behaviour_) descriptions::mark_mapped(image_.entries, dictionary());
@@ -73,18 +75,6 @@ Node::Node(Bus& bus, Schedule& schedule, NodeParts parts)
     if (behaviour_->is_kept(entry.index)) entry.flags |= ObjectFlags::kKept;
   }
   if (parameters_ != nullptr) load_parameters();
-}
-
-void Node::load_parameters() {
-  const StoredParameters stored = parameters_->load();
-  if (lss_ && stored.lss.node_id != 0) {
-    stored_lss_ = stored.lss;
-    start_node_id_ = stored.lss.node_id;
-    take_node_id(start_node_id_);
-  }
-  ObjectDictionary saved(image_.entries, saved_, nullptr);
-  const std::vector<StoredValue> left_out = put_parameters(stored.values, saved);
-  if (!left_out.empty()) parameters_->tell_left_out(left_out);
 }
 
 /// Does something with the node at this time, then everything that follows from it.
@@ -98,6 +88,7 @@ void Node::at(Time now, Act act) {
 void Node::start(Time now) {
   at(now, [&] {
     started_at_ = now;
+    if (program_) program_->restart();
     if (lss_) start_lss(now);
     if (start_node_id_ != kNoNodeId || device_.state() != nmt::State::kInitialising) device_.start(now);
     update(now);
@@ -136,6 +127,9 @@ void Node::poll(Time now) {
   if (lss_) lss_->poll(now);
   if (now >= sample_due_) follow_signals(now);
   if (now >= behaviour_due_) update(now);
+  if (program_ && now >= program_->due && program_->poll(now))
+    device_.slave().command(program_->runs() ? nmt::Command::kResetNode : nmt::Command::kResetCommunication,
+                            now);
   more_servers_.poll(now);
   device_.poll(now);
   finish_update(now);
@@ -147,6 +141,9 @@ void Node::on_frame(const Frame& frame, Time now) {
     if (!faulty_.hears(frame)) return finish_update(now);
     update_pending_ = true;
   }
+  if (program_ && !program_->runs() && nmt::is_command(frame) &&
+      frame.data[0] == static_cast<std::uint8_t>(nmt::Command::kStart))
+    return;  // a boot loader has no PDOs
   if (lss_ && frame.id == LssSlave::kRequestId)
     lss_->on_frame(frame, now);
   else if (more_servers_.serves(frame.id))
@@ -236,7 +233,8 @@ void Node::finish_update(Time now) {
   if (!has_power_) return wants(power_back_);
   const Time device = faulty_.boots() ? kNever : device_.deadline();  // it would try again and again
   const Time servers = earlier(device, more_servers_.deadline());
-  const Time own = earlier(servers, earlier(behaviour_due_, sample_due_));
+  const Time program = program_ ? program_->due : kNever;
+  const Time own = earlier(earlier(servers, program), earlier(behaviour_due_, sample_due_));
   const Time lss = lss_ ? lss_->deadline() : kNever;
   wants(earlier(own, earlier(lss, faulty_.deadline())));
 }
@@ -292,6 +290,8 @@ void Node::on_sync(Time now) {
 }
 
 void Node::on_state(nmt::State state, Time now) {
+  if (program_ && state == nmt::State::kInitialising && device_.slave().resets_application())
+    program_->restart();
   if (lss_ && state == nmt::State::kInitialising) take_node_id(lss_->reset_communication(now));
   more_servers_.configure();
   ids_changed_ = true;  // an Initialising node receives nothing
@@ -444,13 +444,20 @@ AbortCode Node::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<st
                         std::size_t& size, Time /*now*/) {
   const std::size_t offset = entry.offset + std::size_t{entry.stride()} * (sub - entry.first_sub);
   size = entry.capacity;
-  std::ranges::copy(std::span(image_.values).subspan(offset, size), out.begin());
+  if (program_ && sub != 0 && is_program_number(entry.index))
+    store_little_endian(out.first(size), program_->download.on_read(entry.index));
+  else
+    std::ranges::copy(std::span(image_.values).subspan(offset, size), out.begin());
   return AbortCode::kNone;
 }
 
 AbortCode Node::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value,
                          Time now) {
   const AbortCode refused = writes_itself_ ? AbortCode::kNone : faulty_.refusal(entry.index, sub);
+  if (refused == AbortCode::kNone && program_ && entry.index == object::kProgramControl) {
+    program_->due = now;
+    return program_->download.on_write(value[0], now);
+  }
   return refused != AbortCode::kNone ? refused : behaviour_->check(entry, sub, value, now);
 }
 
@@ -471,22 +478,6 @@ void Node::restore(std::uint16_t first_index, std::uint16_t last_index, Time now
   if (application) put_stored_inputs();
   behaviour_->reset(application, now);
   if (application) put_stored_inputs();  // whatever the device has set there
-}
-
-AbortCode Node::save_from(std::span<const std::uint8_t> values, std::uint16_t first_index,
-                          std::uint16_t last_index) {
-  const AbortCode refused = writes_itself_ ? AbortCode::kNone : faulty_.refusal();
-  if (refused != AbortCode::kNone) return refused;
-  std::vector<std::uint8_t> before = saved_;
-  copy_parameters(image_.entries, values, saved_, first_index, last_index);
-  if (keep_saved()) return AbortCode::kNone;
-  saved_ = std::move(before);
-  return AbortCode::kHardware;
-}
-
-bool Node::keep_saved() {
-  if (parameters_ == nullptr) return true;
-  return parameters_->save({changed_parameters(image_.entries, image_.values, saved_), stored_lss_});
 }
 
 }  // namespace cbcan::sim

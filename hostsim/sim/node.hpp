@@ -23,6 +23,7 @@
 #include "sim/behaviour.hpp"
 #include "sim/faults/faulty_port.hpp"
 #include "sim/parameters.hpp"
+#include "sim/program.hpp"
 #include "sim/schedule.hpp"
 #include "sim/signal.hpp"
 #include "sim/wire.hpp"
@@ -218,6 +219,7 @@ class Node final : public Receiver,
   void finish_update(Time now);
   void follow_faults(Time now);
   void follow_ids();
+  void add_program();
   void tell_state(std::uint8_t state, Time now);
 
   std::string name_;
@@ -245,6 +247,7 @@ class Node final : public Receiver,
   FaultyPort faulty_;
   Device device_;
   MoreSdoServers more_servers_;
+  std::optional<Program> program_;  ///< of a file with 1F50h
   std::uint32_t bus_rate_;      ///< 0 = the bus is not paced
   std::uint32_t own_rate_ = 0;  ///< with lss_
   bool is_switching_ = false;   ///< LSS takes the controller off the bus or puts it back: that is no error
