@@ -230,7 +230,7 @@ class Usage(cases.Case):
 
     def test_help_has_every_command_with_its_arguments_and_options(self):
         commands = re.search(r"\nCommands:\n(.*?)\n\n", run(1, "--help").stdout, re.DOTALL)[1].splitlines()
-        self.assertEqual(len(commands), 12)
+        self.assertEqual(len(commands), 13)
         for line in commands:
             usage = re.match(r"  ((\S+)(?: [A-Z.]+)*)(?: |$)", line)
             helped = run(1, usage[2], "--help").stdout

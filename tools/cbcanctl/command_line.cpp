@@ -84,6 +84,8 @@ constexpr std::array kMapOptions{
         "%MW100 for xsy, %MW0 for codesys; for tia-db the number of the block, 10", .high = 65535})};
 constexpr std::array kLssWords{row<&Options::lss>({
     .option = "ACTION...", .help = "scan, or assign NODE [VENDOR [PRODUCT [REVISION [SERIAL]]]], 0 = any"})};
+constexpr std::array kProgramWords{
+    node("1..127"), row<&Options::program>({.option = "FILE", .help = "The program, as the node stores it"})};
 constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl read", "SDO read (upload)", kReadWords, kReadOptions, read},
     {"cbcanctl write", "SDO write (download)", kWriteWords, kWriteOptions, write},
@@ -96,6 +98,7 @@ constexpr auto kCommands = std::to_array<Command>({
     {"cbcanctl scan", "Nodes that respond, or a network file of them", {}, kScanOptions, scan},
     {"cbcanctl map", "Tags of a network for the tool of a PLC's maker", kMapWords, kMapOptions, map},
     {"cbcanctl lss", "Finds modules without a node ID, or assigns one", kLssWords, {}, lss},
+    {"cbcanctl program", "Replaces the program of a node (CiA 302-3)", kProgramWords, {}, program},
     {"cbcanctl kernel", "CAN errors of the coprocessor", {}, {}, kernel},
 });
 
@@ -115,7 +118,7 @@ constexpr std::array kShared{
         .option = "--station, --unit N", .help = "Modbus unit ID, which selects the CAN network, or station address", .high = 247}),
     row<&Options::timeout_ms>({
         .option = "--timeout MS",
-        .help = "SDO timeout of read, write, dump and scan, which has 100 where none is given; of lss time for each step of the "
+        .help = "SDO timeout of read, write, program, dump and scan, which has 100 where none is given; of lss time for each step of the "
                 "scan, 20 where none is given; of other commands time to wait for R3700, 5000 where none is given",
         .low = 1, .high = 3'600'000, .unit = " ms", .absent = base::kNone}),
     row<&Options::json>({.option = "--json", .help = "Prints JSON, one object a line"}),
@@ -136,7 +139,6 @@ constexpr std::string_view kShort = R"(
   --modbus HOST:PORT          Modbus TCP server (default 127.0.0.1:1502)
   --rtu DEVICE                Modbus RTU server, with --baud and --station
   --timeout MS, --json        SDO timeout; JSON instead of text
-
 cbcanctl --help has all options, cbcanctl COMMAND --help those of a command.
 )";
 
@@ -177,6 +179,7 @@ Examples:
   cbcanctl scan --eds eds --network > network.toml
   cbcanctl map network.toml --for xsy > tags.xsy
   cbcanctl lss assign 5 0x319 0x2000
+  cbcanctl program 5 firmware.bin
   cbcanctl --rtu /dev/ttyUSB0 --baud 19200 --station 1 state all
 )";
 
@@ -245,7 +248,7 @@ const Command& command_of(const base::ParsedArguments& typed) {
 
 /// Long enough for a delayed request, which takes two SDO timeouts (docs/reference/contract.md).
 std::chrono::milliseconds patience(int timeout_ms, const Command& command) {
-  const std::array transfers{read, write, dump, scan, lss};
+  const std::array transfers{read, write, dump, scan, lss, program};
   if (std::ranges::count(transfers, command.run) == 0)
     return std::chrono::milliseconds(timeout_ms == 0 ? kPatienceMs : timeout_ms);
   if (timeout_ms > kMostSdoTimeout)

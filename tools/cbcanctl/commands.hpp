@@ -43,6 +43,7 @@ struct Options {
   std::string eds;          ///< file of dump, folder of scan; empty = not given
   bool as_network = false;  ///< scan prints a network file
   int wait_ms = 0;          ///< of status; 0 = does not wait
+  std::string program;      ///< file of program
   // Arguments of lss.
   std::vector<std::string> lss;
   // Arguments of map.
@@ -136,6 +137,7 @@ void scan(const Options& options);
 void status(const Options& options);
 void map(const Options& options);
 void lss(const Options& options);
+void program(const Options& options);
 
 /// Print `out`, or run the command.
 struct Start {
