@@ -4,7 +4,6 @@
 #include <iterator>
 
 #include "base/text.hpp"
-#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "sim/number.hpp"
 
@@ -445,9 +444,8 @@ AbortCode Node::on_read(const ObjectEntry& entry, std::uint8_t sub, std::span<st
   const std::size_t offset = entry.offset + std::size_t{entry.stride()} * (sub - entry.first_sub);
   size = entry.capacity;
   if (program_ && sub != 0 && is_program_number(entry.index))
-    store_little_endian(out.first(size), program_->download.on_read(entry.index));
-  else
-    std::ranges::copy(std::span(image_.values).subspan(offset, size), out.begin());
+    return program_->download.on_read(entry.index, out.first(size));
+  std::ranges::copy(std::span(image_.values).subspan(offset, size), out.begin());
   return AbortCode::kNone;
 }
 

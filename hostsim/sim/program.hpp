@@ -14,7 +14,7 @@ namespace cbcan::sim {
 struct Program {
   static constexpr Time kErase = 5 * kMillisecond;  ///< of a page
   struct Memory {
-    static constexpr std::size_t kUnit = 8, kPage = 0x4000, kBytes = 0x100000;
+    static constexpr std::size_t kUnit = 8, kPages = 64, kBytes = 0x100000;
     bool erase(std::size_t) { return startable = 0, true; }
     static bool write(std::size_t, std::span<const std::uint8_t>) { return true; }
     ProgramStatus seal(std::size_t, std::uint32_t crc) { return startable = crc, ProgramStatus::kGood; }
@@ -28,7 +28,7 @@ struct Program {
   /// `crc`: 1F56h of the program that the node has at first.
   explicit Program(std::uint32_t crc) : memory{crc} {}
 
-  bool runs() const { return download.on_read(object::kProgramControl) != 0; }
+  bool runs() const { return download.runs(); }
   /// Power on, or a reset: the program, if it is whole and not `stopped`.
   void restart(bool stopped = false) {
     download = ProgramDownload(memory, !stopped && memory.startable != 0);

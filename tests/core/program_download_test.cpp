@@ -11,7 +11,7 @@ namespace {
 
 /// Two pages of four units, written once each after an erase.
 struct SmallMemory {
-  static constexpr std::size_t kUnit = 4, kPage = 16, kBytes = 32;
+  static constexpr std::size_t kUnit = 4, kPage = 16, kPages = 2, kBytes = 32;
 
   bool erase(std::size_t page) {
     if (page == 0) startable = 0;
@@ -45,7 +45,9 @@ struct ProgramRig {
 
   std::uint32_t read(std::uint16_t index) {
     CHECK(is_program_number(index));
-    return download.on_read(index);
+    std::array<std::uint8_t, 4> bytes{};
+    CHECK(download.on_read(index, bytes) == AbortCode::kNone);
+    return load_word(bytes.data());
   }
   std::uint32_t state() { return read(0x1F57); }
   AbortCode control(std::uint8_t command) { return download.on_write(command, 0); }

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Prints the sizes of images for Cortex-M3 and M4, -Os, all included; fails above a limit of tests/limits.toml.
+"""Prints the sizes of images for Cortex-M0+, M3 and M4, -Os, all included; fails above a limit of tests/limits.toml.
 
 Those of boards are complete, the others lack startup code. RAM includes the stack and the PLC's registers.
 
-usage: footprint.py BUILD_DIR_M3 BUILD_DIR_M4
+usage: footprint.py BUILD_DIR_M0PLUS BUILD_DIR_M3 BUILD_DIR_M4
 """
 
 import pathlib
@@ -16,7 +16,8 @@ from limits import LIMITS
 
 IMAGES, BOARDS, LEAST = "tests/firmware/images", "firmware/boards", 3000
 FILES = {f"{IMAGES}/{name}": name for name in ("sdo_client", "master", "coprocessor", "coprocessor_with_manager", "canopen_services_plain", "canopen_services_lto")}
-FILES |= {f"{BOARDS}/mps2_an385/cbcan_mps2_{name}.elf": name for name in ("minimal", "process_data")}
+FILES |= {f"{BOARDS}/mps2_an385/cbcan_mps2_{name}.elf": name for name in ("minimal", "process_data", "boot_loader")}
+FILES |= {f"{BOARDS}/pico/cbcan_{name}.elf": name for name in ("pico", "pico_slave")}
 FILES |= {f"{BOARDS}/mps2_an385/cbcan_mps2_an385.elf": "image", f"{BOARDS}/stm32f4/cbcan_stm32f4.elf": "stm32f4"}
 
 
@@ -25,10 +26,11 @@ def size(*arguments):
 
 
 def main():
-    m3, m4 = map(pathlib.Path, sys.argv[1:])
+    m0plus, m3, m4 = map(pathlib.Path, sys.argv[1:])
+    folders = {"stm32f4": m4, "pico": m0plus, "pico_slave": m0plus}
     good = sorted(FILES.values()) == sorted(LIMITS["size"])
     for file, name in FILES.items():
-        image = (m4 if name == "stm32f4" else m3) / file
+        image = folders.get(name, m3) / file
         text, data, bss = map(int, size(image).splitlines()[-1].split()[:3])
         for kind, reached in {"text": text + data, "ram": data + bss}.items():
             print(f"figure: size.{name}.{kind} {reached}, at most {LIMITS['size'][name][kind]}")

@@ -11,7 +11,7 @@ from simulator import program_from_arguments
 from tree import ROOT
 
 CBCAN_SIM = program_from_arguments()
-EDS = ROOT / "tests/tools/updatable.eds"
+EDS = ROOT / "examples/slave/updatable.eds"
 IMAGE = "0123456789abcdef" * 80 + "the end"
 CRC = binascii.crc32(IMAGE.encode())
 

@@ -29,6 +29,7 @@ constexpr std::uint32_t kInterruptEnable = 0x100;
 constexpr std::uint32_t kInterruptPend = 0x200;
 constexpr std::uint32_t kInterruptPriority = 0x400;
 constexpr std::uint32_t kInterruptState = 0xD04;  // ICSR
+constexpr std::uint32_t kVectorTable = 0xD08;     // VTOR
 constexpr std::uint32_t kResetControl = 0xD0C;    // AIRCR
 constexpr std::uint32_t kResetRequest = 0x05FA0004;
 constexpr std::uint32_t kConfiguration = 0xD14;  // CCR
@@ -129,6 +130,13 @@ void system_reset() {
   kSystem.write(kResetControl, kResetRequest);
   for (;;)
     wait_for_interrupt();
+}
+
+void start_program(std::uintptr_t address) {
+  kSystem.write(kMpuControl, 0);
+  kSystem.write(kVectorTable, static_cast<std::uint32_t>(address));
+  asm volatile("dsb\n\tisb\n\tldmia %0, {r0, r1}\n\tmsr msp, r0\n\tbx r1" ::"r"(address) : "r0", "r1");
+  __builtin_unreachable();
 }
 
 void enable_interrupt(std::size_t number) {

@@ -66,6 +66,10 @@ std::size_t stack_high_water();
 /// Resets the core and its peripherals (AIRCR.SYSRESETREQ) after all writes have reached memory.
 [[noreturn]] void system_reset();
 
+/// Starts the program whose vectors are at `address`, a multiple of their size rounded up to a power of two,
+/// as a reset does. No interrupt may be enabled.
+[[noreturn]] void start_program(std::uintptr_t address);
+
 /// Interrupts have the board's numbers, from 0.
 void enable_interrupt(std::size_t number);
 /// 0..15 on a core with four priority bits; a lower number interrupts a higher one. 0 after reset.

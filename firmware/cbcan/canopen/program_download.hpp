@@ -20,6 +20,7 @@
 #include <algorithm>
 #include <array>
 
+#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/sdo/server.hpp"
 
@@ -49,7 +50,7 @@ constexpr std::uint32_t crc32(std::uint32_t crc, std::span<const std::uint8_t> b
 }
 
 /// `Memory`, the place of one program, has
-///   kUnit, kPage, kBytes     bytes that are written at once (4..32), erased at once, and in the place
+///   kUnit, kPages, kBytes    bytes that are written at once (4..32), pages to erase, bytes of a program
 ///   bool erase(std::size_t page)  from page 0 on, which first makes the program unstartable
 ///   bool write(std::size_t offset, std::span<const std::uint8_t> unit)  once for each unit after an erase
 ///   ProgramStatus seal(std::size_t size, std::uint32_t crc)  if that many bytes have this CRC in the flash,
@@ -62,12 +63,12 @@ class ProgramDownload final : public DownloadStream {
   /// `runs`: this is the program, not its boot loader.
   ProgramDownload(Memory& memory, bool runs) : memory_(&memory), runs_(runs), crc_(memory.crc()) {}
 
-  std::uint32_t on_read(std::uint16_t index) const {
-    if (index == object::kProgramControl) return runs_;
-    if (index == object::kProgramIdentification) return crc_;
-    const bool none = status_ == ProgramStatus::kGood && crc_ == 0;
-    const ProgramStatus status = none ? ProgramStatus::kNoProgram : status_;
-    return static_cast<std::uint32_t>(status) << 1 | (phase_ == Phase::kClearing);
+  /// This is the program, not its boot loader.
+  bool runs() const { return runs_; }
+  /// `out`: of the object's size.
+  AbortCode on_read(std::uint16_t index, std::span<std::uint8_t> out) const {
+    store_little_endian(out, number(index));
+    return AbortCode::kNone;
   }
   /// A write of 1F51h.
   AbortCode on_write(std::uint8_t value, Time now) {
@@ -111,7 +112,7 @@ class ProgramDownload final : public DownloadStream {
     if (phase_ == Phase::kClearing) {
       if (!memory_->erase(page_))
         end(ProgramStatus::kWrite, AbortCode::kHardware);
-      else if (++page_ == Memory::kBytes / Memory::kPage)
+      else if (++page_ == Memory::kPages)
         phase_ = Phase::kCleared;
       return now;
     }
@@ -123,6 +124,14 @@ class ProgramDownload final : public DownloadStream {
 
  private:
   enum class Phase : std::uint8_t { kEnded, kClearing, kCleared };
+
+  std::uint32_t number(std::uint16_t index) const {
+    if (index == object::kProgramControl) return runs_;
+    if (index == object::kProgramIdentification) return crc_;
+    const bool none = status_ == ProgramStatus::kGood && crc_ == 0;
+    const ProgramStatus status = none ? ProgramStatus::kNoProgram : status_;
+    return static_cast<std::uint32_t>(status) << 1 | (phase_ == Phase::kClearing);
+  }
 
   AbortCode end(ProgramStatus why, AbortCode code) {
     status_ = why;

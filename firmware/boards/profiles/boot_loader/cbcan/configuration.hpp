@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// A boot loader: an SDO server that takes programs.
+
+#include "cbcan/services.hpp"
+
+namespace cbcan {
+
+inline constexpr Services kServices = [] {
+  Services services = kMinimalServices;
+  services.sdo_server = services.streamed_downloads = true;
+  return services;
+}();
+
+}  // namespace cbcan
