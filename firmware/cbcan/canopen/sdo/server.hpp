@@ -142,9 +142,7 @@ class SdoServer {
   bool is_streaming() const { return kServices.streamed_downloads && stream_->active; }
   /// The application has not taken the piece yet.
   bool is_held() const { return kServices.streamed_downloads && stream_->later; }
-  bool times_out() const {
-    return awaits_client() || is_held() || (is_streaming() && state_ == State::kDownload);
-  }
+  bool times_out() const { return awaits_client() || is_streaming(); }
   AbortCode begin_stream(std::size_t size = 0);
   AbortCode stream_expedited(const Frame& frame, std::size_t size);
   AbortCode hand_over(std::size_t size, bool last);
