@@ -193,13 +193,19 @@ TEST_CASE("program areas: the first program, updates of an update, the one befor
   machine.with(3);
   machine.with(1, false);
   CHECK(machine.start() == 3);  // not 2
-  CHECK(machine.start() == 3);
+}
+
+TEST_CASE("program areas: a program on trial never becomes the one before") {
+  TestMachine machine;
+  machine.with(1);
+  machine.with(2, false);
+  machine.with(3, false);
+  CHECK(machine.start() == 1);
 }
 
 TEST_CASE("program areas: a first program that does not work leaves the boot loader, and can be sent again") {
   TestMachine machine;
   machine.with(1, false);
-  CHECK(machine.start() == 0);
   CHECK(machine.start() == 0);
   machine.with(1, false);
   machine.with(2);
@@ -237,7 +243,6 @@ TEST_CASE("program areas: bits that rot in the program bring the one before back
   machine.with(1);
   machine.with(2);
   machine.flash.bytes[70] ^= 4;
-  CHECK(machine.start() == 1);
   CHECK(machine.start() == 1);
 }
 
