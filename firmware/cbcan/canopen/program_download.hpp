@@ -144,7 +144,7 @@ class ProgramDownload final : public DownloadStream {
     if (phase_ != Phase::kCleared || size_ == 0)
       return memory_->crc() != 0 ? AbortCode::kNone : AbortCode::kDeviceState;
     const std::size_t rest = size_ % Memory::kUnit;
-    std::fill(unit_.begin() + rest, unit_.end(), std::uint8_t{0xFF});
+    std::ranges::fill(std::span(unit_).subspan(rest), std::uint8_t{0xFF});
     if (rest != 0 && !memory_->write(size_ - rest, unit_))
       return end(ProgramStatus::kWrite, AbortCode::kHardware);
     const ProgramStatus sealed = memory_->seal(size_, crc_);
