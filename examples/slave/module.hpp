@@ -64,3 +64,15 @@ class Module final : public cbcan::EdsDeviceOf<io_module::kDictionary> {
   Terminals& terminals_;
   bool failed_ = false;
 };
+
+/// The loop of a board that has nothing else to do.
+[[noreturn]] void run(auto& board, Module& module) {
+  for (;;) {
+    const cbcan::Time now = board.now();
+    for (cbcan::Frame frame; board.receive(0, frame);)
+      module.on_frame(frame, now);
+    module.on_bus_state(board.bus_state(0), now);
+    module.read_inputs(now);
+    board.sleep_until(module.poll(now));
+  }
+}

@@ -17,11 +17,7 @@ std::array<std::uint16_t, 2> address = {500, 0x42};  // kbit/s, node ID
 ParameterStore store(
     flash, address, [](std::span<const std::uint16_t> /*words*/) { return true; }, module);
 
-pico::Board& the_board() {
-  return board;
-}
-
-[[gnu::section(".vectors"), gnu::used]] constinit const pico::Vectors vectors = pico::vectors_of<the_board>();
+[[gnu::section(".vectors"), gnu::used]] constinit const pico::Vectors vectors = pico::vectors_of<board>();
 
 }  // namespace
 
@@ -31,12 +27,5 @@ int main() {
   board.can().init(8'000'000, address[0] * 1000u, board.now());
   module.keep_in(store);
   module.start(static_cast<std::uint8_t>(address[1]), board.now());
-  for (;;) {
-    const cbcan::Time now = board.now();
-    for (cbcan::Frame frame; board.receive(0, frame);)
-      module.on_frame(frame, now);
-    module.on_bus_state(board.bus_state(0), now);
-    module.read_inputs(now);
-    board.sleep_until(module.poll(now));
-  }
+  run(board, module);
 }

@@ -25,11 +25,8 @@ mps2::ProgramFlash flash;
 Areas areas(flash, {.board = "mps2_an385", .control = mps2::control});
 Device device(board.can(), areas, true);
 
-mps2::Board& the_board() {
-  return board;
-}
-
-[[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors = mps2::vectors_of<the_board>();
+[[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors =
+    mps2::vectors_of<board, false>();
 
 [[gnu::section(".image_header"), gnu::used]] constinit const ImageHeader header{
     .board = ImageHeader::text("mps2_an385"), .version = ImageHeader::text(PROGRAM_VERSION)};

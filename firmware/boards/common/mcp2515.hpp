@@ -211,7 +211,7 @@ class Mcp2515 final : public CanPort {
   std::uint8_t read(std::uint8_t address) { return exchange<3>({kRead, address})[2]; }
   void clear(std::uint8_t address, std::uint8_t bits) { exchange<4>({kBitModify, address, bits, 0}); }
 
-  /// Without a controller the line may give ones: that is neither a frame nor room for one.
+  /// A line without a controller may give ones: that is neither a frame nor room for one.
   std::uint8_t status() {
     const std::uint8_t status = exchange<2>({kReadStatus})[1];
     return (status & kOtherBuffers) == 0 ? status : kSending;

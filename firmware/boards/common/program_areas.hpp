@@ -48,7 +48,7 @@ class ProgramAreas {
 
   ProgramAreas(Flash& flash, const Settings& settings) : flash_(flash), settings_(settings) {}
 
-  /// For a boot loader, at its start: installs what was downloaded. True: the program of area 0 is to be
+  /// Called by a boot loader at its start: installs what was downloaded. True: the program of area 0 is to be
   /// started; false: there is none.
   bool boot() {
     if (!has(kReceived, kUsed) && is_whole(kReceived)) install();
@@ -56,7 +56,7 @@ class ProgramAreas {
     return is_whole(kBefore) && copy(kBefore, kRunning) && mark(kRunning, kConfirmed);
   }
 
-  /// For the program, as soon as it works. False: the flash failed.
+  /// Called by the program as soon as it works. False: the flash failed.
   bool confirm() { return has(kRunning, kConfirmed) || mark(kRunning, kConfirmed); }
 
   // ---- Memory of a ProgramDownload
@@ -78,6 +78,7 @@ class ProgramAreas {
 
   struct Record {
     std::uint32_t size, crc;
+    bool operator==(const Record&) const = default;
   };
   Bytes program(Area area, std::size_t size) const { return flash_.area(area).first(size); }
   std::uint32_t word(Area area, std::size_t offset) const { return load_word(&flash_.area(area)[offset]); }
@@ -117,14 +118,10 @@ class ProgramAreas {
   // ---- Steps
 
   void install() {
-    const auto [size, crc] = record(kReceived);
-    const bool copied = is_whole(kRunning) && record(kRunning).size == size && record(kRunning).crc == crc &&
-                        !has(kRunning, kUsed);
-    if (!copied) {
-      if (is_whole(kRunning) && has(kRunning, kConfirmed) && !copy(kRunning, kBefore)) return;
-      if (!copy(kReceived, kRunning)) return;
-    }
-    mark(kReceived, kUsed);
+    const bool whole = is_whole(kRunning);
+    const bool copied = whole && record(kRunning) == record(kReceived) && !has(kRunning, kUsed);
+    if (whole && has(kRunning, kConfirmed) && !copied && !copy(kRunning, kBefore)) return;
+    if (copied || copy(kReceived, kRunning)) mark(kReceived, kUsed);
   }
 
   bool may_start() { return has(kRunning, kConfirmed) || (!has(kRunning, kUsed) && mark(kRunning, kUsed)); }

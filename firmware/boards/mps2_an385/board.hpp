@@ -78,23 +78,25 @@ class Board final : public Hardware {
   Sleep sleep_;
 };
 
-/// The vector table of a program for the board: interrupts call the Board that `kBoard` returns.
+/// The vector table of a program for the board, whose interrupts call `kBoard`.
 ///
 ///   [[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors =
 ///   mps2::vectors_of<board>();
 using Vectors = VectorTable<32>;
 
-template <Board& (*kBoard)()>
+template <Board& kBoard, bool kHasModbus = true>
 constexpr Vectors vectors_of() {
   Vectors vectors;
   vectors.nmi = on_watchdog;
   vectors.interrupts.fill(fault_handler);
   // Numbers: AN385, 3.5.
-  vectors.interrupts[0] = [] { kBoard().on_modbus_received(); };
-  vectors.interrupts[1] = [] { kBoard().on_modbus_sent(); };
-  vectors.interrupts[2] = [] { kBoard().on_adapter_received(); };
-  vectors.interrupts[3] = [] { kBoard().on_adapter_sent(); };
-  vectors.interrupts[10] = [] { kBoard().on_timer(); };
+  if constexpr (kHasModbus) {
+    vectors.interrupts[0] = [] { kBoard.on_modbus_received(); };
+    vectors.interrupts[1] = [] { kBoard.on_modbus_sent(); };
+  }
+  vectors.interrupts[2] = [] { kBoard.on_adapter_received(); };
+  vectors.interrupts[3] = [] { kBoard.on_adapter_sent(); };
+  vectors.interrupts[10] = [] { kBoard.on_timer(); };
   return vectors;
 }
 

@@ -4,6 +4,8 @@
 /// A boot loader (program_areas.hpp): starts the program, or is a node whose program can be downloaded.
 /// boot_loader.cpp is its image.
 
+#include <optional>
+
 #include "boards/mps2_an385/board.hpp"
 #include "boards/mps2_an385/program_flash.hpp"
 #include "cbcan/canopen/slave.hpp"
@@ -11,18 +13,6 @@
 #include "updatable.hpp"
 
 namespace cbcan::boards::mps2 {
-
-/// Without Modbus.
-template <Board& kBoard>
-constexpr Vectors boot_loader_vectors() {
-  Vectors vectors;
-  vectors.nmi = on_watchdog;
-  vectors.interrupts.fill(fault_handler);
-  vectors.interrupts[2] = [] { kBoard.on_adapter_received(); };
-  vectors.interrupts[3] = [] { kBoard.on_adapter_sent(); };
-  vectors.interrupts[10] = [] { kBoard.on_timer(); };
-  return vectors;
-}
 
 /// `Flash`: a ProgramFlash. A Slave alone, which is half the size of an EdsDevice.
 template <class Flash>
@@ -36,14 +26,15 @@ class BootLoader final : private Application {
     kBootRequest.write(0, 0);
     if (!stays && areas_.boot()) start_program(Flash::kRunsAt);
     board_.start();
-    slave_.sdo_server().set_stream(download_);
+    slave_.sdo_server().set_stream(download_.emplace(areas_, false));
     slave_.set_node_id(node_id);
     slave_.start(board_.now());
     for (;;) {
       const Time now = board_.now();
       for (Frame frame; board_.receive(0, frame);)
         slave_.on_frame(frame, now);
-      board_.sleep_until(earlier(download_.poll(now), slave_.poll(now)));
+      const Time due = slave_.poll(now);
+      board_.sleep_until(earlier(due, download_->poll(now)));
     }
   }
 
@@ -53,11 +44,11 @@ class BootLoader final : private Application {
   AbortCode on_read(const ObjectEntry& entry, std::uint8_t /*sub*/, std::span<std::uint8_t> out,
                     std::size_t& size, Time /*now*/) override {
     size = entry.capacity;
-    return download_.on_read(entry.index, out.first(size));
+    return download_->on_read(entry.index, out.first(size));
   }
   AbortCode on_write(const ObjectEntry& entry, std::uint8_t /*sub*/, std::span<const std::uint8_t> value,
                      Time now) override {
-    return entry.index == object::kProgramControl ? download_.on_write(value[0], now) : AbortCode::kNone;
+    return entry.index == object::kProgramControl ? download_->on_write(value[0], now) : AbortCode::kNone;
   }
   void on_stored(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/, Time now) override {
     slave_.configure(now);
@@ -70,7 +61,7 @@ class BootLoader final : private Application {
   Board& board_;
   Flash flash_;
   Areas areas_{flash_, {.board = "mps2_an385", .control = control}};
-  ProgramDownload<Areas> download_{areas_, false};
+  std::optional<ProgramDownload<Areas>> download_;  ///< if no program is started: it reads that of area 0
   std::array<std::uint8_t, updatable::kDictionary.value_bytes> values_{};
   std::array<std::uint8_t, updatable::kDictionary.largest_value> buffer_{};
   Slave slave_{0, {updatable::kDictionary.entries, values_, {}, {}}, buffer_, *this, board_.can()};

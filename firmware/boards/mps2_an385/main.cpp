@@ -16,11 +16,7 @@ using mps2::kStationSettings;
 mps2::Board board(kBoardSettings, mps2::take_reset_cause());
 Station<kNetworks> station(board, {&board.can()}, kStationSettings);
 
-mps2::Board& the_board() {
-  return board;
-}
-
-[[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors = mps2::vectors_of<the_board>();
+[[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors = mps2::vectors_of<board>();
 
 }  // namespace
 

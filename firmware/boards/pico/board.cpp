@@ -44,8 +44,8 @@ constexpr Step release(std::uint32_t peripherals) {
   return {kResets + kClear, peripherals, kResets + 8, peripherals};
 }
 
-/// From the crystal: 1 MHz for time and the watchdog, 125 MHz for the rest. If it does not oscillate, the
-/// watchdog acts.
+/// Clocks from the crystal: 1 MHz for time and the watchdog, 125 MHz for the rest. If it does not oscillate,
+/// the watchdog acts.
 constexpr Step kSteps[] = {
     {0x40058000 + 0x2C, bit(9) | kCrystal / 1'000'000},          // watchdog: TICK
     {0x40058000 + kWatchdogLoad, kWatchdogPeriod},               //

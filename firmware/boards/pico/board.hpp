@@ -55,17 +55,17 @@ class Board final : public Hardware {
   Sleep sleep_;
 };
 
-/// The vector table of a program for the board: interrupts call the Board that `kBoard` returns.
+/// The vector table of a program for the board: interrupts call `kBoard`.
 using Vectors = VectorTable<32>;
 
-template <Board& (*kBoard)()>
+template <Board& kBoard>
 constexpr Vectors vectors_of() {
   Vectors vectors;
   vectors.interrupts.fill(fault_handler);
   // Numbers: RP2040 data sheet, 2.3.2.
-  vectors.interrupts[0] = [] { kBoard().on_timer(); };
-  vectors.interrupts[13] = [] { kBoard().on_can(); };
-  vectors.interrupts[20] = [] { kBoard().on_modbus(); };
+  vectors.interrupts[0] = [] { kBoard.on_timer(); };
+  vectors.interrupts[13] = [] { kBoard.on_can(); };
+  vectors.interrupts[20] = [] { kBoard.on_modbus(); };
   return vectors;
 }
 

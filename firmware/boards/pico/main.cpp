@@ -17,11 +17,7 @@ ParameterStore store(flash, no_settings, [](std::span<const std::uint16_t> /*wor
 pico::Board board;
 Station<1> station(board, {&board.can()}, pico::kStationSettings);
 
-pico::Board& the_board() {
-  return board;
-}
-
-[[gnu::section(".vectors"), gnu::used]] constinit const pico::Vectors vectors = pico::vectors_of<the_board>();
+[[gnu::section(".vectors"), gnu::used]] constinit const pico::Vectors vectors = pico::vectors_of<board>();
 
 }  // namespace
 

@@ -60,7 +60,7 @@ constexpr std::uint32_t crc32(std::uint32_t crc, std::span<const std::uint8_t> b
 template <class Memory>
 class ProgramDownload final : public DownloadStream {
  public:
-  /// `runs`: this is the program, not its boot loader.
+  /// `runs`: see runs().
   ProgramDownload(Memory& memory, bool runs) : memory_(&memory), runs_(runs), crc_(memory.crc()) {}
 
   /// This is the program, not its boot loader.
@@ -74,8 +74,8 @@ class ProgramDownload final : public DownloadStream {
   AbortCode on_write(std::uint8_t value, Time now) {
     const auto command = static_cast<ProgramCommand>(value);
     if (command > ProgramCommand::kClear) return AbortCode::kValue;
-    if (command == ProgramCommand::kClear && runs_) return AbortCode::kDeviceState;
     if (command == ProgramCommand::kClear) {
+      if (runs_) return AbortCode::kDeviceState;
       phase_ = Phase::kClearing;
       status_ = ProgramStatus::kGood;
       page_ = size_ = crc_ = 0;

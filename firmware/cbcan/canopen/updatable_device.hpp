@@ -19,7 +19,10 @@ class UpdatableDevice : public EdsDeviceOf<kDictionary> {
     this->device().slave().sdo_server().set_stream(download_);
   }
 
-  Time poll(Time now) { return earlier(download_.poll(now), Base::poll(now)); }
+  Time poll(Time now) {
+    const Time due = Base::poll(now);
+    return earlier(due, download_.poll(now));
+  }
 
  protected:
   ~UpdatableDevice() = default;

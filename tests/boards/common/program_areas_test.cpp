@@ -84,7 +84,7 @@ struct Machine {
 
   ProgramAreas<Flash> areas() { return {flash, {.board = "mcu"}}; }
 
-  /// As a ProgramDownload does.
+  /// Does what a ProgramDownload does.
   ProgramStatus download(std::vector<std::uint8_t> bytes) {
     auto areas = this->areas();
     const std::size_t size = bytes.size();

@@ -68,7 +68,7 @@ mps2::Board board({115'200, 115'200, 500}, mps2::take_reset_cause());
 mps2::BootLoader<CutFlash> loader(board);
 
 [[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors =
-    mps2::boot_loader_vectors<board>();
+    mps2::vectors_of<board, false>();
 
 }  // namespace
 
