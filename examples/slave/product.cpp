@@ -32,9 +32,9 @@ class TwoSectors final : public boards::Flash {
   std::span<const std::uint32_t> sector(std::size_t number) const override {
     return {const_cast<const std::uint32_t*>(flash_words[number]), kSectorWords};
   }
-  bool write(std::size_t sector, std::size_t word, std::uint32_t value) override {
-    flash_words[sector][word] = value;
-    return flash_words[sector][word] == value;
+  bool write(std::size_t sector, std::size_t word, std::span<const std::uint32_t> unit) override {
+    flash_words[sector][word] = unit[0];
+    return flash_words[sector][word] == unit[0];
   }
   bool erase(std::size_t number) override {
     erase_sector = static_cast<std::uint32_t>(number);

@@ -69,7 +69,7 @@ class DeviceNode {
   /// Writes as an SDO download does, whatever faults refuse those.
   virtual void write_own(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value,
                          Time now) {
-    static_cast<void>(dictionary().write(index, sub, value, now));
+    static_cast<void>(dictionary().write_whole(index, sub, value, now));
   }
 
   /// An error has occurred: one EMCY with this code, and `register_bits` are set in 1001h until the error

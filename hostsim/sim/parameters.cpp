@@ -116,7 +116,8 @@ std::vector<StoredValue> put_parameters(std::span<const StoredValue> values, Obj
     ObjectEntry entry{};
     const bool fits = saved.find(value.index, value.sub, entry) == AbortCode::kNone && is_parameter(entry) &&
                       value.bytes.size() <= entry.capacity &&
-                      (entry.has(ObjectFlags::kVariable) || value.bytes.size() == entry.capacity);
+                      (entry.has(ObjectFlags::kVariable) || value.bytes.size() == entry.capacity) &&
+                      saved.check_limits(entry, value.sub, value.bytes) == AbortCode::kNone;
     if (!fits)
       left_out.push_back(value);
     else if (handler != nullptr && entry.has(ObjectFlags::kComputed))
@@ -162,14 +163,15 @@ bool ModuleParameters::keep(StoredParameters next) {
   return kept;
 }
 
-void ModuleParameters::load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,
-                            std::uint16_t last_index) {
+bool ModuleParameters::load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,
+                            std::uint16_t last_index, std::uint32_t /*step*/) {
   const bool is_first = std::exchange(objects_, &objects) == nullptr;
   if (is_first) power_on_ = parameters_of(objects);
   std::vector<StoredValue> values;
   std::ranges::copy_if(stored_.values, std::back_inserter(values), is_in(first_index, last_index));
   const std::vector<StoredValue> left_out = put_parameters(values, objects, &handler);
   if (is_first && !left_out.empty()) store_->tell_left_out(left_out);
+  return false;
 }
 
 std::string parameter_text(const StoredParameters& parameters) {

@@ -80,8 +80,8 @@ class ModuleParameters final : public ParameterMemory {
 
   AbortCode save(std::uint16_t first_index, std::uint16_t last_index) override;
   AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override;
-  void load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,
-            std::uint16_t last_index) override;
+  bool load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,
+            std::uint16_t last_index, std::uint32_t step) override;
   bool keep_address(std::uint8_t node_id, std::uint8_t bit_rate) override;
   const StoredLss& lss() const { return stored_.lss; }
 

@@ -76,7 +76,7 @@ TEST_CASE("program download: clear, bytes in pieces of any size, start") {
   CHECK(rig.state() == 4 << 1);
   CHECK(rig.control(3) == AbortCode::kNone);
   CHECK(rig.state() == (1 << 1 | 1));
-  CHECK(rig.send("", 0, false) == DownloadStream::kLater);
+  CHECK(rig.send("", 0, false) == AbortCode::kLater);
   CHECK(rig.memory.startable == 0x1234);
   CHECK(rig.download.poll(0) == 0);
   CHECK(rig.memory.startable == 0);  // before the first page

@@ -25,7 +25,8 @@ struct StreamRig final : DownloadStream {
     server.set_stream(*this);
   }
   AbortCode on_piece(const Piece& piece, Time) override {
-    const AbortCode given = std::exchange(answer, answer == kLater ? kLater : AbortCode::kNone);
+    const AbortCode given =
+        std::exchange(answer, answer == AbortCode::kLater ? AbortCode::kLater : AbortCode::kNone);
     if (given == AbortCode::kNone)
       taken.push_back(std::to_string(piece.offset) + " " +
                       std::string(piece.bytes.begin(), piece.bytes.end()) + (piece.last ? "." : ""));
@@ -118,7 +119,7 @@ TEST_CASE("streamed download: sub-blocks, one of them with a segment lost") {
 TEST_CASE("streamed download: the response waits for the application") {
   StreamRig rig(14);
   const auto held = [&](const std::string& request) {
-    rig.answer = DownloadStream::kLater;
+    rig.answer = AbortCode::kLater;
     CHECK(rig.ask(request).empty());
     rig.now = rig.server.deadline();
     CHECK(rig.server.waits());
@@ -142,7 +143,7 @@ TEST_CASE("streamed download: the response waits for the application") {
   CHECK(rig.pieces() == Pieces{"0 ", "0 12345678.", "0 8."});
   SECTION("meanwhile a segment again is ignored, a new request is none of the old transfer") {
     rig.ask("21501F0107000000");
-    rig.answer = DownloadStream::kLater;
+    rig.answer = AbortCode::kLater;
     rig.ask("0131323334353637");
     CHECK(rig.ask("0131323334353637").empty());
     CHECK(rig.aborted == 1);
@@ -151,7 +152,7 @@ TEST_CASE("streamed download: the response waits for the application") {
     CHECK(rig.server.deadline() == kNever);
   }
   SECTION("and may refuse it then") {
-    rig.answer = DownloadStream::kLater;
+    rig.answer = AbortCode::kLater;
     rig.ask("2F501F0138000000");
     rig.answer = AbortCode::kHardware;
     rig.server.poll(rig.now);

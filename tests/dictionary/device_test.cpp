@@ -108,7 +108,7 @@ TEST_CASE("EdsDevice: what is stored are the values that differ from those of th
   const auto write = [&](std::uint16_t index, std::uint8_t sub, std::uint32_t value) {
     std::array<std::uint8_t, 4> bytes{};
     store_little_endian(std::span(bytes), value);
-    return device.device().dictionary().write(index, sub, bytes, 0);
+    return device.device().dictionary().write_whole(index, sub, bytes, 0);
   };
   CHECK(write(0x1014, 0, 0x80000085) == AbortCode::kNone);
   CHECK(write(0x1014, 0, 0x90) == AbortCode::kNone);
@@ -208,8 +208,66 @@ TEST_CASE("EdsDevice: 2FFFh is an object like others, next to the stored bit rat
     ObjectDictionary& objects = stored.device.device().dictionary();
     for (const std::uint8_t sub : {std::uint8_t{1}, std::uint8_t{2}})
       CHECK(objects.write(0x2FFF, sub, std::array<std::uint8_t, 2>{99, 0}, 0) == AbortCode::kNone);
-    CHECK(objects.write(0x1010, 1, std::array<std::uint8_t, 4>{'s', 'a', 'v', 'e'}, 0) == AbortCode::kNone);
+    CHECK(objects.write_whole(0x1010, 1, std::array<std::uint8_t, 4>{'s', 'a', 'v', 'e'}, 0) ==
+          AbortCode::kNone);
   }
+}
+
+TEST_CASE("EdsDevice: saving and loading take several calls, and nothing interrupts a save") {
+  struct Row {
+    const char* frame;  ///< while it saves
+    std::vector<const char*> sent;
+  };
+  for (const Row& row :
+       {Row{"", {"585#6010100100000000"}}, Row{"605#4017100000000000", {"585#4B171000F4010000"}},
+        Row{"605#8010100100000405", {}}, Row{"000#8105", {"705#00"}}}) {
+    INFO(row.frame);
+    DeviceOnWire rig;
+    EdsDevice& device = rig.stored.device;
+    rig.stored.start(0);
+    rig.expect("705#00");
+    Time now = 0;
+    const auto poll = [&] {
+      for (Time due = device.poll(now); due <= now + kMillisecond; due = device.poll(now))
+        now = std::max(now, due);
+    };
+    device.on_frame(frame_from("605#2B171000F4010000"), now);
+    rig.expect("585#6017100000000000");
+    device.on_frame(frame_from("605#2310100173617665"), now);
+    for (int part = 0; part != 3; ++part)
+      now = device.poll(now);
+    rig.expect_silence();
+    if (*row.frame != 0) device.on_frame(frame_from(row.frame), now);
+    poll();
+    for (const char* const frame : row.sent)
+      rig.expect(frame);
+    rig.expect_silence();
+    StoredDevice again(io_module::kDictionary, rig.flash, rig.port);
+    again.start(0);
+    rig.expect("705#00");
+    CHECK(again.device.get({0x1017, 0}) == 500);
+  }
+}
+
+TEST_CASE("EdsDevice: a stored value outside the limits of a later image is not loaded") {
+  const auto made = [](const char* high) {
+    return Made("[1010]\nParameterName=R\nObjectType=9\nSubNumber=2\n" +
+                variable("1010sub0", "5", "ro", "1") + variable("1010sub1", "7", "rw", "1") +
+                variable("2000", "6", "rw", "3") + "HighLimit=" + high + "\n" +
+                variable("2001", "6", "rw", "3"));
+  };
+  const Made before = made("100"), after = made("99");
+  DeviceOnWire rig;
+  StoredDevice stored(before.dictionary, rig.flash, rig.port), later(after.dictionary, rig.flash, rig.port);
+  stored.start(0);
+  for (const ObjectAddress object : {ObjectAddress{0x2000, 0}, {0x2001, 0}})
+    stored.device.set(object, 100, 0);
+  stored.device.device().dictionary().write_whole(0x1010, 1, std::array<std::uint8_t, 4>{'s', 'a', 'v', 'e'},
+                                                  0);
+  later.start(0);
+  CHECK(later.device.get({0x2000, 0}) == 3);
+  CHECK(later.device.get({0x2001, 0}) == 100);
+  rig.expect("705#00", "705#00");
 }
 
 TEST_CASE("EdsDevice: LSS stores that it has no node ID; at the next start fastscan finds it") {

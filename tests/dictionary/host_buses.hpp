@@ -65,7 +65,11 @@ class DeviceBus final : public Bus, private CanPort {
   }
   Frames exchange(const std::string& frame) override {
     device_->device.on_frame(frame_from(frame), now_);
-    return pass(0);
+    Frames sent = pass(0);
+    const bool saves = frame.starts_with("605#2310") || frame.starts_with("605#2311");
+    for (unsigned ms = 0; saves && sent.empty() && ms < 500; ++ms)
+      sent = pass(kMillisecond);
+    return sent;
   }
   Frames pass(Time duration) override {
     const Time end = now_ + duration;

@@ -19,8 +19,8 @@ class RamFlash final : public boards::Flash {
       words.fill(kErased);
   }
   std::span<const std::uint32_t> sector(std::size_t number) const override { return sectors_[number]; }
-  bool write(std::size_t sector, std::size_t word, std::uint32_t value) override {
-    sectors_[sector][word] = value;
+  bool write(std::size_t sector, std::size_t word, std::span<const std::uint32_t> unit) override {
+    sectors_[sector][word] = unit[0];
     return true;
   }
   bool erase(std::size_t sector) override {

@@ -48,18 +48,24 @@ class Hardware {
   ~Hardware() = default;
 };
 
-/// Two sectors of flash for data that survives a power cycle, as RecordLog uses them.
+/// Two sectors of flash for data that survives a power cycle, as RecordLog uses them. Flash with an ECC has
+/// units of more than one word.
 class Flash {
  public:
   static constexpr std::uint32_t kErased = 0xFFFFFFFF;  ///< a word that has not been written
+  static constexpr std::size_t kMostUnitWords = 8;
   static bool is_erased(std::span<const std::uint32_t> words) {
     return std::ranges::all_of(words, [](std::uint32_t word) { return word == kErased; });
   }
 
-  /// The sector's content. Both sectors have the same size.
+  /// Words that are written together and once: 1, 2, 4 or 8.
+  virtual std::size_t unit_words() const { return 1; }
+  /// The sector's content. Both sectors have the same size, in whole units. A unit whose ECC is wrong, which
+  /// an interrupted write leaves, reads as any value: the board ends the exception that it causes.
   virtual std::span<const std::uint32_t> sector(std::size_t number) const = 0;
-  /// Writes an erased word; takes some microseconds. False: the word does not hold this value.
-  virtual bool write(std::size_t sector, std::size_t word, std::uint32_t value) = 0;
+  /// Writes an erased unit, the first word of which is `word`; takes some microseconds. False: it does not
+  /// hold these values.
+  virtual bool write(std::size_t sector, std::size_t word, std::span<const std::uint32_t> unit) = 0;
   /// Blocks, and may stop the core for a second. False: not completely erased.
   virtual bool erase(std::size_t sector) = 0;
 

@@ -20,36 +20,11 @@ constexpr std::uint16_t kBoardSettings = 0x0FFF;  ///< below all objects; sub-in
 constexpr std::size_t kHeadBytes = 4;
 constexpr std::size_t kMostValueBytes = 255;
 constexpr std::size_t kMostComputedBytes = 8;
-
-struct Value {
-  std::uint16_t index;
-  std::uint8_t sub;
-  Bytes bytes;
-  bool in(std::uint16_t first_index, std::uint16_t last_index) const {
-    return first_index <= index && index <= last_index;
-  }
-};
-
-/// Takes the first value of `rest`; false = there is none.
-bool take(Bytes& rest, Value& value) {
-  if (rest.size() < kHeadBytes || rest.size() - kHeadBytes < rest[3]) return false;
-  value = {static_cast<std::uint16_t>(rest[0] | rest[1] << 8), rest[2], rest.subspan(kHeadBytes, rest[3])};
-  rest = rest.subspan(kHeadBytes + rest[3]);
-  return true;
-}
+constexpr unsigned kPortion = 8;  ///< values or entries in one call
 
 constexpr bool has_settings(std::uint16_t first_index, std::uint16_t last_index) {
   return last_index == kBoardSettings ||
          (first_index <= object::kFirstManufacturer && object::kFirstManufacturer <= last_index);
-}
-
-void put(RecordLog::Writer& writer, const Value& value) {
-  writer.put(static_cast<std::uint8_t>(value.index));
-  writer.put(static_cast<std::uint8_t>(value.index >> 8));
-  writer.put(value.sub);
-  writer.put(static_cast<std::uint8_t>(value.bytes.size()));
-  for (const std::uint8_t byte : value.bytes)
-    writer.put(byte);
 }
 
 bool is_parameter(const ObjectEntry& entry) {
@@ -57,56 +32,6 @@ bool is_parameter(const ObjectEntry& entry) {
          !entry.has(ObjectFlags::kSetPoint) && !entry.has(ObjectFlags::kProcess) &&
          !NetworkObjects::is_network(entry.index);
 }
-
-/// A record's new content: inside the range the node's present values, or nothing; outside what is stored.
-struct Contents final : RecordLog::Source {
-  Bytes before;
-  const ObjectDictionary* objects;  ///< null: the range is cleared
-  const PowerOnValues* power_on;
-  std::span<const std::uint16_t> settings;
-  std::uint16_t first;
-  std::uint16_t last;
-
-  void write_to(RecordLog::Writer& writer) const override {
-    Value value;
-    for (Bytes rest = before; take(rest, value);) {
-      const bool is_setting = value.index == kBoardSettings;
-      if (!(is_setting ? has_settings(first, last) : value.in(first, last))) put(writer, value);
-    }
-    if (objects == nullptr) return;
-    for (const ObjectEntry& entry : objects->entries())
-      if (is_parameter(entry)) put_entry(writer, entry);
-    if (has_settings(first, last)) put_settings(writer);
-  }
-
-  void put_entry(RecordLog::Writer& writer, const ObjectEntry& entry) const {
-    for (unsigned index = std::max(entry.index, first); index <= std::min(entry.last_index(), last); ++index)
-      for (unsigned sub = entry.first_sub; sub <= entry.last_sub; ++sub)
-        put_value(writer, static_cast<std::uint16_t>(index), static_cast<std::uint8_t>(sub));
-  }
-
-  void put_value(RecordLog::Writer& writer, std::uint16_t index, std::uint8_t sub) const {
-    ObjectEntry entry;
-    objects->find(index, sub, entry);
-    Bytes bytes = objects->value(entry, sub);
-    std::array<std::uint8_t, kMostComputedBytes> computed;
-    if (entry.has(ObjectFlags::kComputed)) {
-      std::size_t size = 0;
-      if (objects->read(index, sub, computed, size, 0) != AbortCode::kNone) return;
-      bytes = Bytes(computed).first(size);
-    }
-    if (bytes.size() <= kMostValueBytes && !power_on->is_power_on(*objects, entry, sub, bytes))
-      put(writer, {index, sub, bytes});
-  }
-
-  void put_settings(RecordLog::Writer& writer) const {
-    for (std::size_t i = 0; i < settings.size(); ++i) {
-      const std::uint8_t bytes[] = {static_cast<std::uint8_t>(settings[i]),
-                                    static_cast<std::uint8_t>(settings[i] >> 8)};
-      put(writer, {kBoardSettings, static_cast<std::uint8_t>(i + 1), bytes});
-    }
-  }
-};
 
 struct OfCoprocessor final : PowerOnValues {
   bool is_power_on(const ObjectDictionary& objects, const ObjectEntry& entry, std::uint8_t sub,
@@ -126,6 +51,24 @@ struct OfCoprocessor final : PowerOnValues {
 constexpr OfCoprocessor kOfCoprocessor;
 
 }  // namespace
+
+struct ParameterStore::Value {
+  std::uint16_t index;
+  std::uint8_t sub;
+  Bytes bytes;
+  bool in(std::uint16_t first_index, std::uint16_t last_index) const {
+    if (index == kBoardSettings) return has_settings(first_index, last_index);
+    return first_index <= index && index <= last_index;
+  }
+};
+
+/// Takes the first value of `rest`; false = there is none.
+bool ParameterStore::take(Bytes& rest, Value& value) {
+  if (rest.size() < kHeadBytes || rest.size() - kHeadBytes < rest[3]) return false;
+  value = {static_cast<std::uint16_t>(rest[0] | rest[1] << 8), rest[2], rest.subspan(kHeadBytes, rest[3])};
+  rest = rest.subspan(kHeadBytes + rest[3]);
+  return true;
+}
 
 ParameterStore::ParameterStore(Flash& flash, Words settings, Valid valid)
     : log_(flash),
@@ -164,37 +107,117 @@ bool ParameterStore::keep_address(std::uint8_t node_id, std::uint8_t bit_rate) {
   address_[1] = node_id;
   if (bit_rate != kReservedLssBitRate)
     address_[0] = static_cast<std::uint16_t>(kLssBitRates[bit_rate] / 1000);
-  return save(kBoardSettings, kBoardSettings) == AbortCode::kNone;
+  AbortCode answer = AbortCode::kLater;
+  while (answer == AbortCode::kLater)
+    answer = save(kBoardSettings, kBoardSettings);
+  return answer == AbortCode::kNone;
 }
+
+// ---- Saving
 
 AbortCode ParameterStore::keep(std::uint16_t first_index, std::uint16_t last_index, bool save) {
-  Contents contents;
-  contents.before = log_.latest();
-  contents.objects = save ? objects_ : nullptr;
-  contents.power_on = &power_on_;
-  contents.settings = settings_;
-  contents.first = first_index;
-  contents.last = last_index;
-  return log_.append(contents);
+  if (first_index != first_index_ || last_index != last_index_ || save != saves_) log_.restart();
+  first_index_ = first_index;
+  last_index_ = last_index;
+  saves_ = save;
+  return log_.append(*this);
 }
 
-void ParameterStore::load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,
-                          std::uint16_t last_index) {
-  objects_ = &objects;
-  if (left_aside_) return;
-  Value value;
-  for (Bytes rest = log_.latest(); take(rest, value);) {
-    ObjectEntry entry;
-    if (!value.in(first_index, last_index) ||
-        objects.find(value.index, value.sub, entry) != AbortCode::kNone || !is_parameter(entry) ||
-        value.bytes.size() > entry.capacity ||
-        (value.bytes.size() < entry.capacity && !entry.has(ObjectFlags::kVariable)))
-      continue;
-    if (entry.has(ObjectFlags::kComputed))
-      handler.on_write(entry, value.sub, value.bytes, 0);
-    else
-      objects.store(entry, value.sub, value.bytes);
+/// Inside the range the device's present values, or nothing; outside it what is stored.
+bool ParameterStore::put_some(RecordLog& log, bool begins) {
+  if (begins) {
+    rest_ = log.latest();
+    entry_ = element_ = 0;
   }
+  for (unsigned i = 0; i < kPortion; ++i)
+    if (!put_next()) return false;
+  return true;
+}
+
+bool ParameterStore::put_next() {
+  if (Value value; take(rest_, value)) {
+    if (!value.in(first_index_, last_index_)) put(value);
+    return true;
+  }
+  if (!saves_ || objects_ == nullptr) return false;
+  if (entry_ < objects_->entries().size()) {
+    put_entry(objects_->entries()[entry_]);
+    return true;
+  }
+  if (has_settings(first_index_, last_index_)) put_settings();
+  return false;
+}
+
+/// Puts the next element of this entry.
+void ParameterStore::put_entry(const ObjectEntry& entry) {
+  const auto index = static_cast<std::uint16_t>(entry.index + element_ / entry.subs());
+  const auto sub = static_cast<std::uint8_t>(entry.first_sub + element_ % entry.subs());
+  const bool stored = is_parameter(entry);
+  ObjectEntry found;
+  if (stored && first_index_ <= index && index <= last_index_) {
+    objects_->find(index, sub, found);
+    put_value(found, sub);
+  }
+  if (stored && ++element_ < entry.count()) return;
+  ++entry_;
+  element_ = 0;
+}
+
+void ParameterStore::put_value(const ObjectEntry& entry, std::uint8_t sub) {
+  Bytes bytes = objects_->value(entry, sub);
+  std::array<std::uint8_t, kMostComputedBytes> computed;
+  if (entry.has(ObjectFlags::kComputed)) {
+    std::size_t size = 0;
+    if (objects_->read(entry.index, sub, computed, size, 0) != AbortCode::kNone) return;
+    bytes = Bytes(computed).first(size);
+  }
+  if (bytes.size() <= kMostValueBytes && !power_on_.is_power_on(*objects_, entry, sub, bytes))
+    put({entry.index, sub, bytes});
+}
+
+void ParameterStore::put_settings() {
+  for (std::size_t i = 0; i < settings_.size(); ++i) {
+    const std::uint8_t bytes[] = {static_cast<std::uint8_t>(settings_[i]),
+                                  static_cast<std::uint8_t>(settings_[i] >> 8)};
+    put({kBoardSettings, static_cast<std::uint8_t>(i + 1), bytes});
+  }
+}
+
+void ParameterStore::put(const Value& value) {
+  log_.put(static_cast<std::uint8_t>(value.index));
+  log_.put(static_cast<std::uint8_t>(value.index >> 8));
+  log_.put(value.sub);
+  log_.put(static_cast<std::uint8_t>(value.bytes.size()));
+  for (const std::uint8_t byte : value.bytes)
+    log_.put(byte);
+}
+
+// ---- Loading
+
+bool ParameterStore::load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,
+                          std::uint16_t last_index, std::uint32_t step) {
+  objects_ = &objects;
+  if (left_aside_) return false;
+  if (step == 0) rest_ = log_.latest();
+  for (unsigned i = 0; i < kPortion; ++i) {
+    Value value;
+    if (!take(rest_, value)) return false;
+    if (value.in(first_index, last_index)) load_value(value, objects, handler);
+  }
+  return true;
+}
+
+void ParameterStore::load_value(const Value& value, ObjectDictionary& objects, ObjectHandler& handler) const {
+  ObjectEntry entry;
+  if (objects.find(value.index, value.sub, entry) != AbortCode::kNone || !is_parameter(entry) ||
+      value.bytes.size() > entry.capacity ||
+      (value.bytes.size() < entry.capacity && !entry.has(ObjectFlags::kVariable)) ||
+      objects.check_limits(entry, value.sub, value.bytes) != AbortCode::kNone)
+    return;
+  if (entry.has(ObjectFlags::kComputed))
+    handler.on_write(entry, value.sub, value.bytes, 0);
+  else
+    objects.store(entry, value.sub, value.bytes);
 }
 
 }  // namespace cbcan::boards

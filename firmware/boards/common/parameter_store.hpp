@@ -5,7 +5,7 @@
 /// of a device and the board's own settings, which count as manufacturer parameters. An entry is index,
 /// sub-index and length, then the value's bytes; a setting has an index that no object has. Values
 /// equal to their power-on value, or longer than 255 bytes, are not stored; entries that a later image does
-/// not know are ignored.
+/// not know, or whose value is outside its limits, are ignored.
 
 #include <array>
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace cbcan::boards {
 
-class ParameterStore final : public ParameterMemory {
+class ParameterStore final : public ParameterMemory, private RecordLog::Source {
  public:
   static constexpr std::size_t kMostSettings = 16;
   struct Words : std::span<std::uint16_t> {
@@ -42,12 +42,15 @@ class ParameterStore final : public ParameterMemory {
   /// settings. `leave_aside`: ignores everything stored until the next start.
   void start(bool leave_aside);
 
-  // ParameterMemory. 0800 0022h: full until the next start; 0606 0000h: the flash does not work; 0609 0030h:
-  // the board's settings are invalid.
+  /// Saving may erase a sector from now on: see RecordLog.
+  void allow_erase(bool allowed) { log_.allow_erase(allowed); }
+
+  // ParameterMemory. 0800 0022h: full until the next start; 0504 0005h: more than a sector holds; 0606 0000h:
+  // the flash does not work; 0609 0030h: the board's settings are invalid.
   AbortCode save(std::uint16_t first_index, std::uint16_t last_index) override;
   AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) override;
-  void load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,
-            std::uint16_t last_index) override;
+  bool load(ObjectDictionary& objects, ObjectHandler& handler, std::uint16_t first_index,
+            std::uint16_t last_index, std::uint32_t step) override;
   /// Stores them with all settings of the board, those of a coprocessor as R4154 and R4155; false if it has
   /// no such settings.
   bool keep_address(std::uint8_t node_id, std::uint8_t bit_rate) override;
@@ -55,7 +58,16 @@ class ParameterStore final : public ParameterMemory {
  private:
   static constexpr std::size_t kAddressWords = 2;
 
+  struct Value;
+  static bool take(std::span<const std::uint8_t>& rest, Value& value);
   AbortCode keep(std::uint16_t first_index, std::uint16_t last_index, bool save);
+  bool put_some(RecordLog& log, bool begins) override;
+  bool put_next();
+  void put_entry(const ObjectEntry& entry);
+  void put_value(const ObjectEntry& entry, std::uint8_t sub);
+  void put_settings();
+  void put(const Value& value);
+  void load_value(const Value& value, ObjectDictionary& objects, ObjectHandler& handler) const;
 
   RecordLog log_;
   Words settings_;
@@ -64,6 +76,13 @@ class ParameterStore final : public ParameterMemory {
   const PowerOnValues& power_on_;
   const ObjectDictionary* objects_ = nullptr;
   bool left_aside_ = false;
+  std::span<const std::uint8_t> rest_;  ///< of the latest record: to be loaded, or to be kept
+  // Of keep(): what it stores, and how far it is.
+  bool saves_ = false;
+  std::uint16_t first_index_ = 0;
+  std::uint16_t last_index_ = 0;
+  std::size_t entry_ = 0;
+  std::uint32_t element_ = 0;  ///< of that entry
 };
 
 }  // namespace cbcan::boards

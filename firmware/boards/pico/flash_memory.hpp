@@ -22,11 +22,11 @@ class FlashMemory final : public Flash {
     return {reinterpret_cast<const std::uint32_t*>(kUncached + kStore + number * kSectorBytes),
             kSectorBytes / 4};
   }
-  bool write(std::size_t sector, std::size_t word, std::uint32_t value) override {
+  bool write(std::size_t sector, std::size_t word, std::span<const std::uint32_t> unit) override {
     std::array<std::uint8_t, 8> command = {0x02};
-    __builtin_memcpy(&command[4], &value, sizeof value);
-    run(command, sector * kSectorBytes + word * sizeof value);
-    return this->sector(sector)[word] == value;
+    __builtin_memcpy(&command[4], unit.data(), sizeof unit[0]);
+    run(command, sector * kSectorBytes + word * sizeof unit[0]);
+    return this->sector(sector)[word] == unit[0];
   }
   bool erase(std::size_t sector) override {
     std::array<std::uint8_t, 4> command = {0x20};

@@ -28,11 +28,11 @@ class FlashMemory final : public Flash {
     return {words_ + number * kWords, kWords};
   }
 
-  bool write(std::size_t sector, std::size_t word, std::uint32_t value) override {
+  bool write(std::size_t sector, std::size_t word, std::span<const std::uint32_t> unit) override {
     const std::size_t at = sector * kWords + word;
     begin(kProgram);
-    memory_.write(static_cast<std::uint32_t>(at * sizeof value), value);
-    return end() && words_[at] == value;
+    memory_.write(static_cast<std::uint32_t>(at * sizeof unit[0]), unit[0]);
+    return end() && words_[at] == unit[0];
   }
 
   bool erase(std::size_t sector) override {

@@ -183,6 +183,7 @@ class Device final : private Application, private PdoApplication {
   BuiltIf<kServices.other_devices, HeartbeatConsumer> consumer_;
   BuiltIf<kServices.other_devices, LifeGuard> life_guard_;
   BuiltIf<kServices.time, TimeStamp> time_;
+  std::uint32_t application_steps_ = 0;  ///< of restore_more()
   std::size_t known_lost_ = 0;  ///< consumer_.lost() when last checked
 };
 

@@ -59,8 +59,13 @@ void EdsDevice::restore(std::uint16_t first_index, std::uint16_t last_index, Tim
                    all ? dictionary_.node_id_values
                        : dictionary_.node_id_values.first(dictionary_.communication_node_id_values),
                    0, device_.node_id());
-  if (kServices.stored_parameters && memory_ != nullptr)
-    memory_->load(device_.dictionary(), *this, first_index, last_index);
+}
+
+bool EdsDevice::restore_more(std::uint32_t step, Time /*now*/) {
+  if (!kServices.stored_parameters || memory_ == nullptr) return false;
+  const bool all = device_.slave().resets_application();
+  return memory_->load(device_.dictionary(), *this, all ? 0 : object::kFirstCommunication,
+                       all ? object::kLast : object::kLastCommunication, step);
 }
 
 bool EdsDevice::is_power_on(const ObjectDictionary& /*objects*/, const ObjectEntry& entry, std::uint8_t sub,

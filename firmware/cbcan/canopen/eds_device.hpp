@@ -117,6 +117,7 @@ class EdsDevice : protected DeviceApplication, public PowerOnValues {
 
  private:
   void restore(std::uint16_t first_index, std::uint16_t last_index, Time now) override;
+  bool restore_more(std::uint32_t step, Time now) override;
   ParameterMemory* memory() override { return memory_; }
 
   const EdsDictionary& dictionary_;

@@ -13,15 +13,18 @@ namespace cbcan {
 
 class ParameterMemory {
  public:
-  /// 1010h: stores the values of the parameters first_index..last_index for later resets. kNone, or the reason
-  /// why not: then the values stored before are unchanged.
+  /// 1010h: stores the values of the parameters first_index..last_index for later resets. kNone; kLater: call
+  /// it again for the next part; or the reason why not: then the values stored before are unchanged.
   virtual AbortCode save(std::uint16_t first_index, std::uint16_t last_index) = 0;
   /// 1011h: from the next reset on those parameters have their power-on values. Returns the same.
   virtual AbortCode forget(std::uint16_t first_index, std::uint16_t last_index) = 0;
   /// A reset has restored the power-on values of first_index..last_index: replaces them by the stored ones,
-  /// computed ones with handler.on_write(). For devices whose own restore() does not do that.
-  virtual void load(ObjectDictionary& /*objects*/, ObjectHandler& /*handler*/, std::uint16_t /*first_index*/,
-                    std::uint16_t /*last_index*/) {}
+  /// computed ones with handler.on_write(). True: call it again, with the next `step` from 0, for the next
+  /// part. For devices whose own restore() does not do that.
+  virtual bool load(ObjectDictionary& /*objects*/, ObjectHandler& /*handler*/, std::uint16_t /*first_index*/,
+                    std::uint16_t /*last_index*/, std::uint32_t /*step*/) {
+    return false;
+  }
   /// LSS: stores both for the next power-on. `node_id` 1..127, 255 = none; `bit_rate` as in LssApplication,
   /// kReservedLssBitRate = unchanged. False: could not. For devices with their own LSS slave.
   virtual bool keep_address(std::uint8_t /*node_id*/, std::uint8_t /*bit_rate*/) { return false; }

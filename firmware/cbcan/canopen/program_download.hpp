@@ -90,7 +90,7 @@ class ProgramDownload final : public DownloadStream {
   }
 
   AbortCode on_piece(const Piece& piece, Time /*now*/) override {
-    if (phase_ == Phase::kClearing) return kLater;
+    if (phase_ == Phase::kClearing) return AbortCode::kLater;
     if (phase_ != Phase::kCleared) return end(ProgramStatus::kNotCleared, AbortCode::kDeviceState);
     if (size_ + piece.bytes.size() > Memory::kBytes)
       return end(ProgramStatus::kAddress, AbortCode::kParameterLength);

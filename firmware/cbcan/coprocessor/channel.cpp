@@ -219,7 +219,7 @@ void Channel::begin_local(bool read, std::uint16_t index, std::uint8_t sub, std:
   node_.access(transfers());
   ObjectDictionary& objects = node_.dictionary();
   const AbortCode refused =
-      read ? objects.read(index, sub, value, size, now) : objects.write(index, sub, value, now);
+      read ? objects.read(index, sub, value, size, now) : objects.write_whole(index, sub, value, now);
   node_.access_own();
   follow_node();
   if (refused != AbortCode::kNone) return end(refused);

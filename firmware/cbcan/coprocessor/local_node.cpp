@@ -123,7 +123,8 @@ void LocalNode::restore(std::uint16_t first_index, std::uint16_t last_index, Tim
   Transfers transfers{sdo_timeout_ms_, SdoClient::Mode::kAuto};
   if (kServices.stored_parameters && memory_ != nullptr) {
     access(transfers);
-    memory_->load(device_.dictionary(), *this, first_index, last_index);
+    for (std::uint32_t step = 0; memory_->load(device_.dictionary(), *this, first_index, last_index, step);)
+      ++step;
     access_own();
   }
   if (last_index < local::kSdoTimeout) return;

@@ -14,25 +14,48 @@ struct PowerCut {};
 enum class Cut { kBefore, kHalfWay, kAfter };
 
 struct FlashModel final : boards::Flash {
-  explicit FlashModel(std::size_t words) : sectors(2, std::vector<std::uint32_t>(words, 0x5555AAAA)) {}
+  explicit FlashModel(std::size_t words, std::size_t unit_words = 1)
+      : sectors(2, std::vector<std::uint32_t>(words, 0x5555AAAA)), unit(unit_words) {}
 
   std::span<const std::uint32_t> sector(std::size_t number) const override { return sectors.at(number); }
-  bool write(std::size_t sector, std::size_t word, std::uint32_t value) override {
-    std::uint32_t& place = sectors.at(sector).at(word);
-    if (place != kErased) FAIL("word " << word << " of sector " << sector << " is written twice");
-    if (defective) return false;
-    operate([&] { place = value | 0x00FF00FF; }, [&] { place = value; });
+  std::size_t unit_words() const override { return unit; }
+  bool write(std::size_t sector, std::size_t word, std::span<const std::uint32_t> values) override {
+    const auto place = std::span(sectors.at(sector)).subspan(word, unit);
+    if (word % unit != 0 || values.size() != unit || !is_erased(place))
+      FAIL("word " << word << " of sector " << sector << " is not an erased unit");
+    const auto is_here = [&](const Torn& each) { return each.sector == sector && each.word == word; };
+    if (defective || std::ranges::any_of(torn, is_here)) return false;
+    operate(
+        [&] {
+          torn.push_back({sector, word, {values.begin(), values.end()}});
+          read_torn([](std::uint32_t value) { return value | 0x00FF00FF; });
+        },
+        [&] { std::ranges::copy(values, place.begin()); });
     return true;
   }
   bool erase(std::size_t sector) override {
     auto& words = sectors.at(sector);
     const auto half = words.begin() + static_cast<std::ptrdiff_t>(words.size() / 2);
     ++erasures;
+    std::erase_if(torn, [&](const Torn& each) { return each.sector == sector; });
     operate([&] { std::fill(words.begin(), half, kErased); }, [&] { std::ranges::fill(words, kErased); });
     return !defective;
   }
 
   std::vector<std::vector<std::uint32_t>> sectors;
+  std::size_t unit;
+  /// A unit whose write has been interrupted: it cannot be written, even if it reads as erased.
+  struct Torn {
+    std::size_t sector, word;
+    std::vector<std::uint32_t> values;
+  };
+  std::vector<Torn> torn;
+  /// What these read as from now on, made of the words that they should hold.
+  void read_torn(auto reading) {
+    for (const Torn& each : torn)
+      std::ranges::transform(each.values,
+                             sectors[each.sector].begin() + static_cast<std::ptrdiff_t>(each.word), reading);
+  }
   bool defective = false;
   std::size_t erasures = 0;
   std::size_t operations = 0;

@@ -71,6 +71,9 @@ struct FlashRig {
   using Access = test::SharedRegisters;
   boards::stm32f4::FlashMemory<Access> memory{Access(flash.registers), Access(flash.memory),
                                               flash.words.data()};
+  bool write(std::size_t sector, std::size_t word, std::uint32_t value) {
+    return memory.write(sector, word, {&value, 1});
+  }
 };
 
 }  // namespace
@@ -80,21 +83,21 @@ TEST_CASE("Flash: a sector is erased, the other one stays; then its words can be
   REQUIRE(rig.memory.erase(1));
   CHECK(rig.memory.sector(0)[4095] == 0x12345678);
   CHECK(rig.memory.sector(1)[0] == 0xFFFFFFFF);
-  CHECK(rig.memory.write(1, 5, 0xCAFE0001));
+  CHECK(rig.write(1, 5, 0xCAFE0001));
   CHECK(rig.flash.words[4096 + 5] == 0xCAFE0001);
   CHECK(rig.memory.sector(1)[5] == 0xCAFE0001);
   REQUIRE(rig.memory.erase(0));
-  CHECK(rig.memory.write(0, 4095, 0));
+  CHECK(rig.write(0, 4095, 0));
   CHECK(rig.flash.registers.cr >> 31 == 1);
   CHECK(rig.flash.registers.sr == 0);
 }
 
 TEST_CASE("Flash: a word that is not erased, and a sector that is protected, are reported") {
   FlashRig rig;
-  CHECK_FALSE(rig.memory.write(0, 0, 0xFFFFFFFF));
+  CHECK_FALSE(rig.write(0, 0, 0xFFFFFFFF));
   rig.flash.protect = true;
   CHECK_FALSE(rig.memory.erase(0));
-  CHECK_FALSE(rig.memory.write(0, 1, 0x12345678));
+  CHECK_FALSE(rig.write(0, 1, 0x12345678));
   rig.flash.protect = false;
   CHECK(rig.memory.erase(0));
 }

@@ -109,7 +109,7 @@ class ObjectHandler {
   }
 
   /// `value` has passed the checks of access, length and limits. A code other than kNone rejects it: nothing
-  /// is stored.
+  /// is stored. kLater: ask again with the same value.
   virtual AbortCode on_write(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/,
                              std::span<const std::uint8_t> /*value*/, Time /*now*/) {
     return AbortCode::kNone;
@@ -158,8 +158,16 @@ class ObjectDictionary {
 
   /// Writes as an SDO download does: checks access rights, length (too long kParameterLength, too short
   /// kObjectLength) and limits, and asks the handler; kStreamed is kIncompatible. The value is stored
-  /// completely or not at all.
+  /// completely or not at all. kLater: the handler has not finished; write the same again.
   AbortCode write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now);
+  /// The same for those that cannot wait: it never returns kLater.
+  AbortCode write_whole(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value,
+                        Time now) {
+    AbortCode answer = AbortCode::kLater;
+    while (answer == AbortCode::kLater)
+      answer = write(index, sub, value, now);
+    return answer;
+  }
 
   /// Returns, for the device itself, a stored number of up to 8 bytes, whatever its access rights; 0 if there
   /// is none.
@@ -173,6 +181,10 @@ class ObjectDictionary {
   /// Sets a value of any type without asking the handler. `bytes` has the length of the capacity, or less
   /// with kVariable.
   void store(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> bytes);
+
+  /// kNone, or the reason why this number is outside the limits of a kLimited entry.
+  AbortCode check_limits(const ObjectEntry& entry, std::uint8_t sub,
+                         std::span<const std::uint8_t> value) const;
 
   /// The bytes of a stored element, in its current length; empty for kComputed. With kPacked, the byte that
   /// contains it.
@@ -192,8 +204,6 @@ class ObjectDictionary {
   }
   std::size_t search(std::uint16_t index, std::uint8_t sub) const;
   AbortCode find_count(std::uint16_t index, std::uint8_t sub, ObjectEntry& entry) const;
-  AbortCode check_limits(const ObjectEntry& entry, std::uint8_t sub,
-                         std::span<const std::uint8_t> value) const;
 
   Tables tables_;
   ObjectHandler* handler_;

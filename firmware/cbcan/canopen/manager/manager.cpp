@@ -120,7 +120,7 @@ void Manager::begin(Time now) {
 void Manager::write_own_objects(Time now) {
   nodes_[0].failure = {};
   objects_.visit_own([&](const ConciseDcf::Entry& entry) {
-    const AbortCode refused = own_.dictionary().write(entry.index, entry.sub, entry.value, now);
+    const AbortCode refused = own_.dictionary().write_whole(entry.index, entry.sub, entry.value, now);
     if (refused != AbortCode::kNone && nodes_[0].failure.letter == 0)
       nodes_[0].failure = {refused, entry.index, entry.sub, 'J'};
   });

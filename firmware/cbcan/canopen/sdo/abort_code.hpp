@@ -34,6 +34,8 @@ enum class AbortCode : std::uint32_t {
   kGeneral = 0x08000000,
   kStore = 0x08000020,
   kDeviceState = 0x08000022,
+  /// Never on the bus: not done yet, the same call goes on with it.
+  kLater = 0xFFFFFFFF,
 };
 
 }  // namespace cbcan

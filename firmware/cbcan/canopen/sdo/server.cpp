@@ -11,6 +11,7 @@
 namespace cbcan {
 
 void SdoServer::reset(std::uint32_t response_id) {
+  finish_held();
   end_stream();
   state_ = State::kIdle;
   outbox_.drop();
@@ -28,6 +29,7 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
   if (is_held() && command != sdo::command(sdo::Request::kAbort) &&
       (awaits_client() || sdo::is(command, sdo::Request::kDownloadSegment)))
     return;  // its client waits
+  finish_held();
   if (awaits_client() && command != sdo::command(sdo::Request::kAbort)) {
     if (state_ == State::kBlockDownload) return block_download_segment(frame);
     if (is_last_segment(command)) return;
@@ -57,7 +59,7 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
 void SdoServer::poll(Time now) {
   now_ = now;
   if (is_held()) {
-    const AbortCode refused = hand_over(stream_->piece, stream_->last);
+    const AbortCode refused = ask_again();
     if (refused != AbortCode::kNone) return abort(refused);
     await_client();
     if (!is_held()) outbox_.send(now_);
@@ -78,8 +80,25 @@ void SdoServer::abort(AbortCode code) {
 
 void SdoServer::respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail) {
   sdo::put_bytes(outbox_.frame(), command, bytes_1_to_3, tail);
-  if (is_streaming()) await_client();
+  if (is_streaming() || is_held()) await_client();
   if (!is_held()) outbox_.send(now_);
+}
+
+// ---- Answers that come later
+
+AbortCode SdoServer::hold_if_later(AbortCode answer) {
+  held_ = kCanWait && answer == AbortCode::kLater;
+  return held_ ? AbortCode::kNone : answer;
+}
+
+AbortCode SdoServer::ask_again() {
+  return is_streaming() ? hand_over(stream_->piece, stream_->last) : write(buffer_.first(done_));
+}
+
+/// A value is written without more delay. What is streamed ends with its download.
+void SdoServer::finish_held() {
+  while (is_held() && !is_streaming())
+    ask_again();
 }
 
 // ---- Download
@@ -105,7 +124,11 @@ AbortCode SdoServer::store() {
   const std::size_t before = is_streaming() ? stream_->offset : 0;
   if (size_ != kUndeclared && before + done_ != size_) return AbortCode::kObjectLength;
   if (is_streaming()) return hand_over(done_, true);
-  return dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), buffer_.first(done_), now_);
+  return write(buffer_.first(done_));
+}
+
+AbortCode SdoServer::write(std::span<const std::uint8_t> value) {
+  return hold_if_later(dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), value, now_));
 }
 
 void SdoServer::initiate_download(const Frame& frame) {
@@ -130,8 +153,8 @@ void SdoServer::download_expedited(const Frame& frame) {
         !entry.is_streamed())
       size = std::min<std::size_t>(sdo::kExpeditedBytes, entry.capacity);
   }
-  AbortCode refused =
-      dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), std::span(frame.data).subspan(4, size), now_);
+  AbortCode refused = write(std::span(frame.data).subspan(4, size));
+  if (is_held()) sdo::take_expedited(frame, buffer_.data(), done_ = size);
   if (kServices.streamed_downloads && refused == AbortCode::kIncompatible)
     refused = stream_expedited(frame, size);
   if (refused != AbortCode::kNone) return abort(refused);
@@ -181,11 +204,10 @@ AbortCode SdoServer::hand_over(std::size_t size, bool last) {
   const std::span piece = buffer_.first(size);
   const AbortCode answer =
       stream_->to->on_piece({sdo::index_of(mux_), sdo::sub_of(mux_), stream_->offset, piece, last}, now_);
-  stream_->later = answer == DownloadStream::kLater;
   stream_->piece = size;
   stream_->last = last;
-  if (stream_->later) return AbortCode::kNone;
-  if (answer != AbortCode::kNone) return answer;
+  const AbortCode refused = hold_if_later(answer);
+  if (is_held() || refused != AbortCode::kNone) return refused;
   stream_->crc = crc16(stream_->crc, piece);
   done_ -= size;
   copy_bytes(buffer_.data() + size, buffer_.data(), done_);
@@ -197,7 +219,7 @@ AbortCode SdoServer::hand_over(std::size_t size, bool last) {
 /// Tells the application if its download has not reached the end.
 void SdoServer::end_stream() {
   if (!is_streaming()) return;
-  stream_->active = stream_->later = false;
+  stream_->active = held_ = false;
   stream_->to->on_aborted();
 }
 

@@ -5,8 +5,9 @@
 /// transfer at a time. Values are read completely when an upload begins and written completely when a
 /// download has ended without an error, so an interrupted transfer changes nothing. A block download that its
 /// client has left is aborted: until then every request of another client would be one of its segments. So is
-/// any streamed download (DownloadStream).
-/// Nothing blocks, nothing is allocated; not re-entrant.
+/// any streamed download (DownloadStream). A write that answers kLater is repeated by poll(), and its
+/// response waits; another request, or a reset, ends it at once. Nothing blocks, nothing is allocated; not
+/// re-entrant.
 
 #include <cstddef>
 #include <cstdint>
@@ -33,12 +34,9 @@ class DownloadStream {
     std::span<const std::uint8_t> bytes;
     bool last;  ///< the length and the CRC, if the client gave them, are right
   };
-  /// Not yet: the response waits, and the same piece comes again with SdoServer::poll().
-  static constexpr AbortCode kLater{0xFFFFFFFF};
-
   /// Segmented and block downloads begin with an empty piece at offset 0, which is not the last, and have one
-  /// or more further ones; an expedited download is one piece. kNone, kLater, or a code that aborts the
-  /// download.
+  /// or more further ones; an expedited download is one piece. kNone; kLater: the response waits, and the
+  /// same piece comes again with SdoServer::poll(); or a code that aborts the download.
   virtual AbortCode on_piece(const Piece& piece, Time now) = 0;
   /// The download has ended before its last piece was taken: aborted by either side, timed out, replaced by
   /// another request, or the node has left the SDO states. Also after a piece that was refused.
@@ -90,7 +88,8 @@ class SdoServer {
 
   /// Tries a refused frame again, and ends a block download. Call it at deadline() at the latest.
   void poll(Time now);
-  /// kNever unless the port has refused a response or a segment, or a block download waits for its client.
+  /// kNever unless the port has refused a response or a segment, a block download waits for its client, or a
+  /// response for the application.
   Time deadline() const { return times_out() && !outbox_.waiting() ? deadline_ : outbox_.deadline(); }
   /// False: deadline() is kNever.
   bool waits() const { return outbox_.waiting() || times_out(); }
@@ -99,6 +98,7 @@ class SdoServer {
 
  private:
   static constexpr std::size_t kUndeclared = SIZE_MAX;
+  static constexpr bool kCanWait = kServices.streamed_downloads || kServices.stored_parameters;
 
   enum class State : std::uint8_t {
     kIdle,
@@ -116,8 +116,7 @@ class SdoServer {
   struct Stream {
     DownloadStream* to = nullptr;
     bool active = false;
-    bool later = false;  ///< the application has not taken the piece yet: the response waits
-    bool last = false;   ///< it is the last one
+    bool last = false;  ///< the piece is the last one
     std::uint16_t crc = 0;
     std::size_t offset = 0;  ///< of the piece
     std::size_t piece = 0;
@@ -140,9 +139,12 @@ class SdoServer {
            (state_ == State::kBlockDownload || state_ == State::kBlockDownloadEnd);
   }
   bool is_streaming() const { return kServices.streamed_downloads && stream_->active; }
-  /// The application has not taken the piece yet.
-  bool is_held() const { return kServices.streamed_downloads && stream_->later; }
-  bool times_out() const { return awaits_client() || is_streaming(); }
+  /// The application has not taken the piece, or the value, yet: the response waits.
+  bool is_held() const { return kCanWait && held_; }
+  bool times_out() const { return awaits_client() || is_streaming() || is_held(); }
+  AbortCode hold_if_later(AbortCode answer);
+  AbortCode ask_again();
+  void finish_held();
   AbortCode begin_stream(std::size_t size = 0);
   AbortCode stream_expedited(const Frame& frame, std::size_t size);
   AbortCode hand_over(std::size_t size, bool last);
@@ -156,6 +158,7 @@ class SdoServer {
   AbortCode begin_download(const Frame& frame, bool sized);
   AbortCode begin_upload(const Frame& frame);
   AbortCode store();
+  AbortCode write(std::span<const std::uint8_t> value);
   void abort(AbortCode code);
   // Inlined in each service, it would take 50 bytes more.
   [[gnu::noinline]] void respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::uint32_t tail);
@@ -166,6 +169,7 @@ class SdoServer {
   std::uint8_t block_size_ = 0;
   std::uint8_t no_progress_count_ = 0;
   bool crc_ = false;
+  bool held_ = false;   ///< see is_held()
   bool first_ = false;  ///< the next segment is the first of its sub-block
   std::uint16_t block_timeout_ms_ = kBlockTimeoutMs;
   sdo::Multiplexer mux_ = 0;
