@@ -14,7 +14,7 @@ int main(int count, char** words) {
     for (cbcan::Frame frame; bus.receive(frame);)
       module.on_frame(frame, now);
     module.on_bus_state(bus.state(), now);
-    module.read_inputs(now);
+    module.read_inputs();
     bus.wait_until(module.poll(now));
   }
 }

@@ -19,18 +19,18 @@ class Module final : public cbcan::EdsDeviceOf<io_module::kDictionary> {
   Module(cbcan::CanPort& port, Terminals& terminals) : EdsDeviceOf(port), terminals_(terminals) {}
 
   /// Call it when the terminals may have changed; a change is an event for TPDOs if 6005h or 6423h says so.
-  void read_inputs(cbcan::Time now) {
+  void read_inputs() {
     using namespace io_module::od;
     show(kInputs1To8_6000_01, terminals_.inputs ^ get(kInputs1To8_6002_01),
-         get(kGlobalInterruptEnableDigital), now);
+         get(kGlobalInterruptEnableDigital));
     const std::uint64_t analogue_events = get(kAnalogueInputGlobalInterruptEnable);
-    show(kChannel1_6401_01, static_cast<std::uint16_t>(terminals_.analogue_inputs[0]), analogue_events, now);
-    show(kChannel2_6401_02, static_cast<std::uint16_t>(terminals_.analogue_inputs[1]), analogue_events, now);
+    show(kChannel1_6401_01, static_cast<std::uint16_t>(terminals_.analogue_inputs[0]), analogue_events);
+    show(kChannel2_6401_02, static_cast<std::uint16_t>(terminals_.analogue_inputs[1]), analogue_events);
   }
 
  private:
-  void show(cbcan::ObjectAddress object, std::uint64_t value, std::uint64_t event, cbcan::Time now) {
-    event != 0 ? set(object, value, now) : void(device().dictionary().set(object.index, object.sub, value));
+  void show(cbcan::ObjectAddress object, std::uint64_t value, std::uint64_t event) {
+    event != 0 ? set(object, value) : void(device().dictionary().set(object.index, object.sub, value));
   }
 
   void write_outputs() {
@@ -47,7 +47,7 @@ class Module final : public cbcan::EdsDeviceOf<io_module::kDictionary> {
             get(failed_ && get(kChannel2_6443_02) ? kChannel2_6444_02 : kChannel2_6411_02))};
   }
 
-  void refresh(cbcan::Time now) override { read_inputs(now); }
+  void refresh(cbcan::Time /*now*/) override { read_inputs(); }
   void on_written(cbcan::Time /*now*/) override { write_outputs(); }
   void on_sync(cbcan::Time /*now*/) override { write_outputs(); }
   void on_network_failure(cbcan::NetworkFailure /*failure*/, cbcan::Time /*now*/) override {
@@ -72,7 +72,7 @@ class Module final : public cbcan::EdsDeviceOf<io_module::kDictionary> {
     for (cbcan::Frame frame; board.receive(0, frame);)
       module.on_frame(frame, now);
     module.on_bus_state(board.bus_state(0), now);
-    module.read_inputs(now);
+    module.read_inputs();
     board.sleep_until(module.poll(now));
   }
 }

@@ -71,7 +71,7 @@ int main() {
   faults.start(reset_cause());
   store.start(false);  // loads what 1010h and LSS have stored: then the CAN controller gets its bit rate
   module.keep_in(store);
-  module.set(io_module::od::kSerialNumber, serial_number(), now());  // an LSS address of its own
+  module.set(io_module::od::kSerialNumber, serial_number());  // an LSS address of its own
   sleep_until(now() + faults.can_wait());  // a device that faults again and again leaves the bus alone
   module.start(static_cast<std::uint8_t>(settings[1]), now());
   boards::Indicators leds;
@@ -79,7 +79,7 @@ int main() {
     for (Frame frame; receive(frame);)
       module.on_frame(frame, now());
     module.on_bus_state(bus_state(), now());
-    module.read_inputs(now());
+    module.read_inputs();
     const Time blink = leds.poll(module.device().state(), bus_state(), now());
     set_leds(leds.run(), leds.error());
     sleep_until(earlier(module.poll(now()), blink));

@@ -134,7 +134,7 @@ TEST_CASE("EdsDevice: a text is that of the file only with its length") {
 
 TEST_CASE("EdsDevice: a serial number set before the start is that of 1018h and of LSS, after each reset") {
   ModuleOnWire rig;
-  rig.module.set(io_module::od::kSerialNumber, 0x00C0FFEE, 0);
+  rig.module.set(io_module::od::kSerialNumber, 0x00C0FFEE);
   rig.module.start(5, 0);
   rig.expect("705#00");
   for (const char* const reset : {"000#8205", "000#8105"}) {
@@ -180,7 +180,7 @@ TEST_CASE("EdsDevice: what no client can write and the file has no value for is 
   DeviceOnWire rig;
   StoredDevice stored(made.dictionary, rig.flash, rig.port);
   for (const ObjectAddress object : {ObjectAddress{0x2000, 0}, {0x2001, 0}, {0x2002, 0}})
-    stored.device.set(object, 9, 0);
+    stored.device.set(object, 9);
   for (int start = 0; start != 2; ++start) {
     stored.device.start(5, 0);
     rig.expect("705#00");
@@ -261,7 +261,7 @@ TEST_CASE("EdsDevice: a stored value outside the limits of a later image is not 
   StoredDevice stored(before.dictionary, rig.flash, rig.port), later(after.dictionary, rig.flash, rig.port);
   stored.start(0);
   for (const ObjectAddress object : {ObjectAddress{0x2000, 0}, {0x2001, 0}})
-    stored.device.set(object, 100, 0);
+    stored.device.set(object, 100);
   stored.device.device().dictionary().write_whole(0x1010, 1, std::array<std::uint8_t, 4>{'s', 'a', 'v', 'e'},
                                                   0);
   later.start(0);
@@ -298,10 +298,11 @@ TEST_CASE("EdsDevice: set() is an event only if the stored value changes, also w
   rig.port.sent.clear();
   constexpr ObjectAddress kChannel1{0x6401, 1};
   for (int i = 0; i != 3; ++i)
-    device.set(kChannel1, static_cast<std::uint64_t>(std::int16_t{-2}), 0);
+    device.set(kChannel1, static_cast<std::uint64_t>(std::int16_t{-2}));
   CHECK(device.get(kChannel1) == 0xFFFE);
+  device.set({0x6401, 2}, 7);
   device.poll(0);
-  rig.expect("285#FEFF0000");
+  rig.expect("285#FEFF0700");  // two objects of one TPDO: one frame
   rig.expect_silence();
 }
 

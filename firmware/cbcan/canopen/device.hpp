@@ -88,9 +88,14 @@ class Device final : private Application, private PdoApplication {
   Time poll(Time now);
   Time deadline() const;
 
-  /// The application has changed this value: event-driven TPDOs that map it are due.
+  /// The application has changed this value: event-driven TPDOs that map it are due, and poll() sends them.
+  void changed(std::uint16_t index, std::uint8_t sub) {
+    if constexpr (kServices.process_data()) pdo_->changed(index, sub);
+  }
+  /// The same, and sends them.
   void changed(std::uint16_t index, std::uint8_t sub, Time now) {
-    if constexpr (kServices.process_data()) pdo_->changed(index, sub, now);
+    changed(index, sub);
+    pdo_.poll(now);
   }
 
   /// Any values may have changed: event-driven TPDOs whose data differ now are due.

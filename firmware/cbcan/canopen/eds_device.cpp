@@ -24,10 +24,10 @@ Time EdsDevice::poll(Time now) {
   return earlier(due, lss_.deadline());
 }
 
-void EdsDevice::set(ObjectAddress object, std::uint64_t value, Time now) {
+void EdsDevice::set(ObjectAddress object, std::uint64_t value) {
   const std::uint64_t before = get(object);
   device_.dictionary().set(object.index, object.sub, value);
-  if (get(object) != before) device_.changed(object.index, object.sub, now);
+  if (get(object) != before) device_.changed(object.index, object.sub);
 }
 
 /// Computed are 1010h and 1011h: what the device supports, as its EDS file says.

@@ -97,9 +97,9 @@ class EdsDevice : protected DeviceApplication, public PowerOnValues {
 
   /// A stored number of up to 8 bytes, without its sign's upper bits.
   std::uint64_t get(ObjectAddress object) const { return device_.dictionary().get(object.index, object.sub); }
-  /// A change is an event for the TPDOs that map it. A reset restores the file's value, unless on_read() is
-  /// asked for the object and clients cannot write it.
-  void set(ObjectAddress object, std::uint64_t value, Time now);
+  /// A change is an event for the TPDOs that map it; the next poll() sends each once. A reset restores the
+  /// file's value, unless on_read() is asked for the object and clients cannot write it.
+  void set(ObjectAddress object, std::uint64_t value);
 
   Device& device() { return device_; }
   const Device& device() const { return device_; }

@@ -230,7 +230,7 @@ inline void Pdo::sample_and_send(std::uint8_t counter) {
   }
 }
 
-void Pdo::changed(std::uint16_t index, std::uint8_t sub, Time now) {
+void Pdo::changed(std::uint16_t index, std::uint8_t sub) {
   ObjectEntry entry;
   if (!operational_ || dictionary_.find(index, sub, entry) != AbortCode::kNone) return;
   if (entry.has(ObjectFlags::kComputed)) return;
@@ -238,7 +238,6 @@ void Pdo::changed(std::uint16_t index, std::uint8_t sub, Time now) {
   const auto first_bit = static_cast<std::uint32_t>(ObjectDictionary::first_bit(entry, sub));
   for (Tpdo& tpdo : used_tpdos_)
     if (tpdo.active && tpdo.mapping.holds(process, first_bit)) on_event(tpdo);
-  poll(now);
 }
 
 void Pdo::look_for_changes(Time now) {

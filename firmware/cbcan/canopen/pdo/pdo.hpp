@@ -178,7 +178,7 @@ class Pdo : public Part {
   bool on_sync(std::uint8_t counter, Time window, Time now);
 
   /// The event of all TPDOs that map this object.
-  void changed(std::uint16_t index, std::uint8_t sub, Time now);
+  void changed(std::uint16_t index, std::uint8_t sub);
   /// Any values may have changed: the event of all TPDOs whose data differ from the last sample.
   void look_for_changes(Time now);
   /// The event of TPDO `number`, 1..512, or of all, 0.
