@@ -196,7 +196,8 @@ class Check {
 
   void objects() const {
     for (const Object& object : device_.objects) {
-      if (object.index > object::kSdoServerParameter && object.index <= kLastSdoServer)
+      if (is_further_server(object.index) && (object.first_sub == 1 || object.first_sub == 2) &&
+          is_on(object))
         refuse(object, "the stack has one SDO server, 1200h");
       if (is_mapping(object.index) && object.node_ids != 0) refuse(object, "$NODEID cannot be in a mapping");
       if (is_cob_id(object)) cob_id(object);
@@ -218,8 +219,6 @@ class Check {
   }
 
  private:
-  static constexpr std::uint16_t kLastSdoServer = 0x127F;
-
   [[noreturn]] void refuse(const Object& object, std::string_view why) const {
     throw UsageError(
         fmt::format("{}:{}: {:04X}h:{:02X}: {}", name_, object.line, object.index, object.first_sub, why));
@@ -242,9 +241,23 @@ class Check {
     return index != object::kSyncCobId && (cob_id & cob::kInvalid) != 0;
   }
 
+  static bool is_on(const Object& object) {
+    const std::uint64_t cob_id = load_little_endian(object.value);
+    return object.node_ids != 0 || (cob_id != 0 && (cob_id & cob::kInvalid) == 0);
+  }
+
+  /// 0 is the default, 080h, of SYNC. A PDO that maps nothing is not sent or received.
+  bool needs_no_id(const Object& object, std::uint32_t value) const {
+    if (object.index == object::kSyncCobId) return value == 0 && object.node_ids == 0;
+    if (!is_pdo_parameter(object.index)) return false;
+    const Object* const count = device_.find(
+        static_cast<std::uint16_t>(object.index + (object::kRpdoMapping - object::kRpdoParameter)), 0);
+    return count == nullptr || load_little_endian(count->value) == 0;
+  }
+
   void cob_id(const Object& object) const {
     const auto value = static_cast<std::uint32_t>(load_little_endian(object.value));
-    if (!object.has_value || is_unused(object.index, value)) return;
+    if (!object.has_value || is_unused(object.index, value) || needs_no_id(object, value)) return;
     if ((value & cob::kReserved) != 0) refuse(object, "the stack has no 29-bit identifiers");
     for (std::uint32_t node = 1; node <= nmt::kMaxNode; ++node)
       if (cob::is_restricted(cob::id_of(value + object.node_ids * node)))

@@ -153,7 +153,14 @@ DictionaryImage prepared(DictionaryImage image) {
     if (is_command && entry.first_sub != 0) entry.flags |= ObjectFlags::kComputed;
     if (is_command || entry.index == object::kErrorHistory) entry.flags |= ObjectFlags::kSetPoint;
     if (programs && entry.first_sub != 0) prepare_program(entry);
+    if (is_further_server(entry.index)) entry.flags &= static_cast<std::uint16_t>(~ObjectFlags::kWrite);
+    if (!entry.has(ObjectFlags::kWrite)) entry.flags &= static_cast<std::uint16_t>(~ObjectFlags::kLimited);
   }
+  std::erase_if(image.limits, [&](const ObjectLimits& row) {
+    return std::ranges::none_of(image.entries, [&](const ObjectEntry& entry) {
+      return entry.holds(row.index, row.sub) && entry.has(ObjectFlags::kLimited);
+    });
+  });
   return image;
 }
 
@@ -182,6 +189,11 @@ DeviceMemory memory_of(const std::vector<ObjectEntry>& entries) {
     if (entry.index == object::kConsumerHeartbeatTime) memory.watched_nodes = entry.last_sub;
   }
   return memory;
+}
+
+bool is_further_server(std::uint16_t index) {
+  constexpr std::uint16_t kLast = 0x127F;
+  return index > object::kSdoServerParameter && index <= kLast;
 }
 
 bool is_mapping(std::uint16_t index) {

@@ -56,7 +56,8 @@ void report_missing(const Section& list, const std::vector<ObjectSections>& obje
     if (!index) continue;
     const auto found = std::ranges::lower_bound(objects, index->bits, {}, &ObjectSections::index);
     if (found != objects.end() && found->index == index->bits && found->has_values()) continue;
-    findings.error(entry.line, "object {0:04X}h is listed, but there is no [{0:04X}]: left out", index->bits);
+    findings.warning(entry.line, "object {0:04X}h is listed, but there is no [{0:04X}]: left out",
+                     index->bits);
   }
 }
 

@@ -46,7 +46,7 @@ TEST_CASE("cbcan-eds: what the stack does not have is refused with file, line an
         "x.eds:19: 1600h:01: 20000010h cannot be mapped, or has another length");
   CHECK(made(pdo("0x205", "3", "0x20000020")) == "x.eds:14: 1600h:00: maps more than 64 objects or 64 bits");
   CHECK(made("[1201]\nParameterName=S\nObjectType=9\nSubNumber=1\n" + object("1201sub1", "7", "0x640")) ==
-        "x.eds:1: 1201h:00: the stack has one SDO server, 1200h");
+        "x.eds:5: 1201h:01: the stack has one SDO server, 1200h");
   CHECK(made(object("2000", "5", "1", "HighLimit=$NODEID\n")) ==
         "x.eds:1: 2000h:00: $NODEID is used for something other than its value");
   for (const char* value : {"$NODEID+0x81", "$NODEID+0xFF"})
@@ -54,6 +54,23 @@ TEST_CASE("cbcan-eds: what the stack does not have is refused with file, line an
           "x.eds:1: 2000h:00: its value with $NODEID does not fit each node ID 1..127");
   CHECK(made(pdo("0x205", "1", "$NODEID+0x20000020")) ==
         "x.eds:19: 1600h:01: $NODEID cannot be in a mapping");
+}
+
+TEST_CASE("cbcan-eds: what is off, and limits of what no client writes, are accepted") {
+  CHECK(made(pdo("0x80000001", "1", "0x20000020")).starts_with("// Made by"));
+  CHECK(made(pdo("0", "0", "0x20000020")).starts_with("// Made by"));
+  CHECK(made(pdo("0", "1", "0x20000020")) == "x.eds:5: 1400h:01: CiA 301 restricts CAN-ID 000h (of node 1)");
+  CHECK(made(object("1005", "7", "0")).starts_with("// Made by"));
+  CHECK(made(object("1005", "7", "1")).starts_with("x.eds:1: 1005h:00: CiA 301 restricts"));
+  CHECK(made("[OptionalObjects]\nSupportedObjects=1\n1=0x2222\n" + object("2000", "7", "1"))
+            .starts_with("// Made by"));
+  const std::string server =
+      made("[1201]\nParameterName=S\nObjectType=9\nSubNumber=1\n" + object("1201sub1", "7", "0x80000000"));
+  CHECK_THAT(server, Catch::Contains("{0x1201, 1, 1, cbcan::DataType{0x07}, 0, 0x1011, 0, 4}"));  // read-only
+  std::string limited = object("2000", "7", "1", "LowLimit=0\nHighLimit=9\n");
+  CHECK_THAT(made(limited), Catch::Contains("1 entries, 1 limits"));
+  limited.replace(limited.find("=rw"), 3, "=ro");
+  CHECK_THAT(made(limited), Catch::Contains("1 entries, 0 limits"));
 }
 
 TEST_CASE("cbcan-eds: $NODEID in values, and a dollar sign elsewhere") {
