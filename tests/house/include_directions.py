@@ -109,10 +109,10 @@ def complaint(path, kind, name):
 
 
 def other_board(path, name):
-    """The other board that a board's file includes; boards may include only common files."""
+    """The other board that a board's file includes; boards may include only common files, of all or of a family."""
     parts = name.split("/")
     own = path.parts[2] if path.is_relative_to("firmware/boards") and len(path.parts) > 3 else None
-    known = {own, "common"} | ({"drivers"} if own != "common" else set())
+    known = {own, "common"} | ({"stm32"} if own and own.startswith("stm32") else set())
     return parts[1] if own and parts[0] == "boards" and parts[1] not in known else None
 
 

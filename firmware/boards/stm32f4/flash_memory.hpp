@@ -12,7 +12,7 @@
 #include "boards/common/hardware.hpp"
 #include "boards/common/registers.hpp"
 
-namespace cbcan::boards::stm32f4 {
+namespace cbcan::boards::stm32 {
 
 inline constexpr std::uintptr_t kStoreBase = 0x08008000;  ///< of sector 2; sector 3 follows
 inline constexpr std::size_t kStoreSectorBytes = 16 * 1024;
@@ -73,4 +73,4 @@ class FlashMemory final : public Flash {
   const std::uint32_t* words_;
 };
 
-}  // namespace cbcan::boards::stm32f4
+}  // namespace cbcan::boards::stm32

@@ -14,12 +14,12 @@
 
 #include <array>
 #include <cstdint>
+#include <cstring>
 #include <deque>
 #include <optional>
 
 #include <algorithm>
 #include <stdexcept>
-#include <string>
 #include "cbcan/frame.hpp"
 
 namespace cbcan::test {
@@ -29,36 +29,21 @@ inline constexpr std::uint32_t kInrq = 0x1, kSleep = 0x2, kTxfp = 0x4, kRflm = 0
 inline constexpr std::uint32_t kInak = 0x1, kSlak = 0x2, kErri = 0x4, kSlaki = 0x10;
 inline constexpr unsigned kRecovery = 128 * 11;
 
-[[noreturn]] inline void no_such(const char* what, std::uint32_t offset) {
-  throw std::logic_error("bxCAN has no register to " + std::string(what) + " at offset " +
-                         std::to_string(offset));
-}
-
-inline std::uint32_t word(const Frame& frame, std::size_t at) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 4; i-- > 0;)
-    value = value << 8 | frame.data[at + i];
-  return value;
-}
-
 inline std::array<std::uint32_t, 4> words_of(const Frame& frame) {
   const std::uint32_t remote = (frame.flags & Frame::kRemote) != 0 ? 2 : 0;
   const std::uint32_t id = (frame.flags & Frame::kExtended) != 0 ? frame.id << 3 | 4 : frame.id << 21;
-  return {id | remote, frame.length, word(frame, 0), word(frame, 4)};
+  std::array<std::uint32_t, 4> words{id | remote, frame.length};
+  std::memcpy(&words[2], frame.data.data(), 8);
+  return words;
 }
 
 inline Frame frame_of(const std::array<std::uint32_t, 4>& words) {
   Frame frame;
-  const bool extended = (words[0] & 4) != 0;
+  const bool extended = (words[0] & 4) != 0, remote = (words[0] & 2) != 0;
   frame.id = extended ? words[0] >> 3 : words[0] >> 21;
-  if (extended) frame.flags |= Frame::kExtended;
+  frame.flags = static_cast<std::uint8_t>((extended ? Frame::kExtended : 0) | (remote ? Frame::kRemote : 0));
   frame.length = static_cast<std::uint8_t>(words[1] & 15);
-  if ((words[0] & 2) != 0) {
-    frame.flags |= Frame::kRemote;
-    return frame;
-  }
-  for (std::size_t i = 0; i < frame.length && i < 8; ++i)
-    frame.data[i] = static_cast<std::uint8_t>(words[2 + i / 4] >> i % 4 * 8);
+  if (!remote) std::memcpy(frame.data.data(), &words[2], std::min<std::size_t>(frame.length, 8));
   return frame;
 }
 
@@ -83,11 +68,11 @@ struct BxCanModel {
       case 0x214: return ffa1r_;
       case 0x21C: return fa1r_;
     }
-    if (offset % 4 != 0) no_such("read", offset);
+    if (offset % 4 != 0) throw std::logic_error("bxCAN has no such register");
     if (offset >= 0x180 && offset < 0x1B0) return mailboxes_[(offset - 0x180) / 16].words[offset / 4 % 4];
     if (offset >= 0x1B0 && offset < 0x1D0) return fifos_[(offset - 0x1B0) / 16].last.words[offset / 4 % 4];
     if (offset >= 0x240 && offset < 0x320) return banks_[(offset - 0x240) / 8][offset / 4 % 2];
-    no_such("read", offset);
+    throw std::logic_error("bxCAN has no such register");
   }
   void write(std::uint32_t offset, std::uint32_t value) {
     if (held_) return;
@@ -103,15 +88,16 @@ struct BxCanModel {
         if (in_init()) btr_ = value & 0xC37F03FF;
         return;
     }
-    if (offset % 4 != 0) no_such("write", offset);
+    if (offset % 4 != 0) throw std::logic_error("bxCAN has no such register");
     if (offset >= 0x180 && offset < 0x1B0) return write_mailbox(offset, value);
     if (offset >= 0x200 && offset < 0x320) return write_filter(offset, value);
-    no_such("write", offset);
+    throw std::logic_error("bxCAN has no such register");
   }
 
   /// Present levels of the interrupt lines.
   bool rx0_line() const { return rx_line(0); }
   bool rx1_line() const { return rx_line(1); }
+  bool line() const { return rx0_line() || rx1_line() || sce_line(); }
   bool sce_line() const { return (ier_ >> 15 & 1) != 0 && (msr_ & kErri) != 0; }
 
   /// Reset by RCC: while held, registers read as 0 and writes are lost.
@@ -359,7 +345,7 @@ struct BxCanModel {
       case 0x214: ffa1r_ = init ? value & 0x0FFFFFFF : ffa1r_; return;
       case 0x21C: fa1r_ = value & 0x0FFFFFFF; return;
     }
-    if (offset < 0x240) no_such("write", offset);
+    if (offset < 0x240) throw std::logic_error("bxCAN has no such register");
     const unsigned bank = (offset - 0x240) / 8;
     if (init || (fa1r_ >> bank & 1) == 0) banks_[bank][offset / 4 % 2] = value;
   }

@@ -69,8 +69,8 @@ struct FlashController {
 struct FlashRig {
   FlashController flash;
   using Access = test::SharedRegisters;
-  boards::stm32f4::FlashMemory<Access> memory{Access(flash.registers), Access(flash.memory),
-                                              flash.words.data()};
+  boards::stm32::FlashMemory<Access> memory{Access(flash.registers), Access(flash.memory),
+                                            flash.words.data()};
   bool write(std::size_t sector, std::size_t word, std::uint32_t value) {
     return memory.write(sector, word, {&value, 1});
   }

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A board with an STM32F446, such as Nucleo-F446RE:
+/// A board with the chip of chip.hpp, such as a Nucleo-64 board:
 ///
-///   CAN1    PB8 (D15) receives, PB9 (D14) sends, to a transceiver
+///   CAN     as chip.hpp says, to a transceiver
 ///   LEDs    RUN is PA5 (LD2), ERR is PB5 (D4), both on when high
-///   PC13    the blue button: if held at start, stored parameters are ignored
 ///   USART   Modbus RTU, one of two lines (settings.hpp)
 ///   TIM2    time, and end of a sleep; the watchdog resets a loop that hangs for some seconds
 
@@ -14,30 +13,23 @@
 
 #include "boards/common/clock.hpp"
 #include "boards/common/cortex_m.hpp"
-#include "boards/common/fault_record.hpp"
 #include "boards/common/indicators.hpp"
 #include "boards/common/registers.hpp"
 #include "boards/common/station.hpp"
-#include "boards/stm32f4/bxcan.hpp"
-#include "boards/stm32f4/clock_supervisor.hpp"
-#include "boards/stm32f4/peripherals.hpp"
-#include "boards/stm32f4/settings.hpp"
-#include "boards/stm32f4/usart.hpp"
+#include "boards/stm32/clock_supervisor.hpp"
+#include "boards/stm32/peripherals.hpp"
+#include "boards/stm32/settings.hpp"
+#include "boards/stm32/usart.hpp"
+#include "chip.hpp"
 
-namespace cbcan::boards::stm32f4 {
+namespace cbcan::boards::stm32 {
 
-// Interrupt numbers (RM0390, table 38).
-inline constexpr std::size_t kCan1Rx0Interrupt = 20;
-inline constexpr std::size_t kCan1Rx1Interrupt = 21;
-inline constexpr std::size_t kCan1SceInterrupt = 22;
-inline constexpr std::size_t kTim2Interrupt = 28;
-inline constexpr std::size_t kUsart1Interrupt = 37;
-inline constexpr std::size_t kUsart2Interrupt = 38;
-inline constexpr std::size_t kInterrupts = 97;
+// Interrupt numbers (RM0390, table 38; RM0440, vector table).
+inline constexpr std::size_t kTim2Interrupt = 28, kUsart1Interrupt = 37, kUsart2Interrupt = 38;
 
 class Board final : public Hardware {
  public:
-  Board(const Settings& settings, FaultRecord& faults);
+  explicit Board(const Settings& settings);
 
   /// Sets up pins, peripherals and interrupts. CAN starts when its clock is there (clock_supervisor.hpp) and
   /// the wait after faults has ended. `modbus` receives the line's bytes.
@@ -57,8 +49,7 @@ class Board final : public Hardware {
 
   // Interrupts.
   void on_nmi();
-  void on_can_received();
-  void on_can_error();
+  void on_can();
   void on_modbus();
   void on_timer();
 
@@ -73,13 +64,12 @@ class Board final : public Hardware {
   void set_pins();
 
   Settings settings_;
-  FaultRecord& faults_;
-  Rcc<Mmio> rcc_{Mmio(0x40023800), Mmio(0x40023C00)};
-  Gpio<Mmio> port_a_{Mmio(0x40020000)};
-  Gpio<Mmio> port_b_{Mmio(0x40020400)};
+  Rcc<Mmio> rcc_{Mmio(kRccBase), Mmio(kFlashBase)};
+  Gpio<Mmio> port_a_{Mmio(kPortsBase)};
+  Gpio<Mmio> port_b_{Mmio(kPortsBase + 0x400)};
   MicrosecondTimer<Mmio> timer_{Mmio(0x40000000)};
   Watchdog<Mmio> watchdog_{Mmio(0x40003000)};
-  BxCan<Mmio> can_{Mmio(0x40006400)};
+  Can<Mmio> can_ = make_can();
   Usart<Mmio> usart_;
   ClockSupervisor<Mmio> supervisor_;
   Indicators indicators_;
@@ -89,4 +79,22 @@ class Board final : public Hardware {
   Sleep sleep_;
 };
 
-}  // namespace cbcan::boards::stm32f4
+/// The program after its constructors. `vectors`: its table; `store` keeps the parameters, null: nothing
+/// does.
+[[noreturn]] void run(Board& board, TheStation& station, const void* vectors, ParameterMemory* store);
+
+/// The vector table; interrupts call `kBoard`.
+template <Board& kBoard>
+constexpr VectorTable<kInterrupts> vectors_of() {
+  VectorTable<kInterrupts> table;
+  table.nmi = [] { kBoard.on_nmi(); };
+  table.interrupts.fill(fault_handler);
+  for (const std::size_t can : kCanInterrupts)
+    table.interrupts[can] = [] { kBoard.on_can(); };
+  table.interrupts[kTim2Interrupt] = [] { kBoard.on_timer(); };
+  for (const std::size_t line : {kUsart1Interrupt, kUsart2Interrupt})
+    table.interrupts[line] = [] { kBoard.on_modbus(); };
+  return table;
+}
+
+}  // namespace cbcan::boards::stm32

@@ -10,7 +10,7 @@
 #include "boards/common/bit_timing.hpp"
 #include "boards/common/registers.hpp"
 
-namespace cbcan::boards::stm32f4::bxcan {
+namespace cbcan::boards::stm32::bxcan {
 
 // Master control and status, 30.9.2.
 inline constexpr std::uint32_t kMcr = 0x000;
@@ -31,9 +31,8 @@ inline constexpr std::uint32_t kTxok0 = bit(1);
 inline constexpr std::uint32_t kAbrq0 = bit(7);
 inline constexpr unsigned kTsrStride = 8;
 inline constexpr unsigned kCodeAt = 24;  ///< CODE[1:0]: the next free mailbox
-inline constexpr std::uint32_t kTme0 = bit(26);
+inline constexpr unsigned kTmeAt = 26;
 inline constexpr std::uint32_t kAllTme = bit(26) | bit(27) | bit(28);
-inline constexpr unsigned kMailboxes = 3;
 
 // Receive FIFOs.
 inline constexpr std::uint32_t kRf0r = 0x00C;
@@ -41,8 +40,6 @@ inline constexpr std::uint32_t kRfrStride = 4;
 inline constexpr std::uint32_t kFmp = 3;        ///< FMP[1:0]: frames pending
 inline constexpr std::uint32_t kFovr = bit(4);  ///< write 1 to clear
 inline constexpr std::uint32_t kRfom = bit(5);  ///< releases the oldest frame; reads 0 when done
-inline constexpr unsigned kFifos = 2;
-inline constexpr unsigned kFifoDepth = 3;
 
 // Interrupt enable.
 inline constexpr std::uint32_t kIer = 0x014;
@@ -53,12 +50,10 @@ inline constexpr std::uint32_t kIerUsed = bit(1) | bit(4) | bit(9) | bit(10) | b
 inline constexpr std::uint32_t kEsr = 0x018;
 inline constexpr std::uint32_t kEpvf = bit(1);
 inline constexpr std::uint32_t kBoff = bit(2);
-inline constexpr unsigned kLecAt = 4;
-inline constexpr std::uint32_t kLec = 7u << kLecAt;  ///< LEC[2:0]; 7 = none since software wrote 7
+inline constexpr std::uint32_t kLec = 7u << 4;  ///< LEC[2:0]; 7 = none since software wrote 7
 
 // Bit timing: SJW, TS2, TS1 and BRP; each field holds its value - 1.
 inline constexpr std::uint32_t kBtr = 0x01C;
-inline constexpr std::uint32_t kMostPrescaler = 1024;
 
 constexpr std::uint32_t btr(const BitTiming& timing) {
   return (timing.jump_width() - 1) << 24 | (timing.segment2 - 1) << 20 | (timing.segment1 - 1) << 16 |
@@ -94,4 +89,4 @@ inline constexpr unsigned kFilterStidAt = 5;
 inline constexpr std::uint32_t kFilterRtr = bit(4);
 inline constexpr std::uint32_t kFilterIde = bit(3);
 
-}  // namespace cbcan::boards::stm32f4::bxcan
+}  // namespace cbcan::boards::stm32::bxcan

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The image for the STM32F446: its start, and the parts for which QEMU has the hardware.
+"""The image for the STM32F446: its start, and the parts for which QEMU has the hardware; that for the STM32G474: its bytes alone.
 
 QEMU's netduinoplus2 is an STM32F405 with the USARTs, TIM2 and the flash at the addresses of the F446; clocks, pins, watchdog and CAN are missing and
 read as 0. So there is no external clock: the image stays at 16 MHz and off the CAN bus, which is reported as bus-off. TIM2 counts 62.5 times too fast:
 20 ms between two bytes are 0.3 ms, which a loaded host exceeds. A request without a response is repeated, as by a Modbus client. TIM2 has no
 compare channel, which would end the image's sleep before a response: the test raises its interrupt instead.
 
-usage: stm32f4_image_test.py IMAGE.elf
+usage: stm32_image_test.py IMAGE.elf
 """
 
 import pathlib
@@ -22,7 +22,9 @@ from mcu import Line, crc, die_with_parent
 from simulator import program_from_arguments, wait_until
 from tree import ROOT
 
-FLASH, PROGRAM, RAM, STACK = 0x08000000, 0x08010000, 0x20000000, 2048
+FLASH, RAM, STACK = 0x08000000, 0x20000000, 2048
+# Header, first byte of the program, number of interrupts, those in use: CAN, TIM2, USART1, USART2 (RM0390, table 38; RM0440, vector table).
+CHIPS = {"cbcan_stm32f4": (b"stm32f446", 0x08010000, 97, [20, 21, 22, 28, 37, 38]), "cbcan_stm32g4": (b"stm32g474", 0x08000800, 102, [21, 28, 37, 38])}
 RESPONSE_WITHIN = 1  # seconds; a later response would be taken for that to the next request
 
 
@@ -92,25 +94,24 @@ class Machine:
 class Image(cases.Case):
     def test_flash_begins_with_the_vectors(self):
         image = pathlib.Path(IMAGE).with_suffix(".bin").read_bytes()
-        vectors = struct.unpack_from("<113I", image)
+        vectors = struct.unpack_from(f"<{16 + INTERRUPTS}I", image)
         self.assertEqual(vectors[0], RAM + STACK)
         handlers = [vector for i, vector in enumerate(vectors) if i not in (0, 7, 8, 9, 10, 13)]
         for handler in handlers:
             self.assertEqual(handler & 1, 1, "Thumb")
             self.assertTrue(PROGRAM <= handler < FLASH + len(image))
-        self.assertEqual(set(image[0x4000:PROGRAM - FLASH]), {0xFF}, "sectors 1 to 3 are not the program's")
+        self.assertTrue(set(image[0x4000:PROGRAM - FLASH]) <= {0xFF}, "sectors 1 to 3 of the STM32F446 are not the program's")
         unexpected = vectors[3]
         self.assertNotEqual(vectors[2], unexpected, "the NMI: the clock fails")
-        # CAN1_RX0, CAN1_RX1, CAN1_SCE, TIM2, USART1, USART2 (RM0390, table 38) and nothing else.
-        self.assertEqual([i for i in range(97) if vectors[16 + i] != unexpected], [20, 21, 22, 28, 37, 38])
+        self.assertEqual([i for i in range(INTERRUPTS) if vectors[16 + i] != unexpected], USED)
 
     def test_behind_the_vectors_is_what_a_boot_loader_asks_for(self):
         image = pathlib.Path(IMAGE).with_suffix(".bin").read_bytes()
-        mark, form, board, text, begin, end, checksum = struct.unpack_from("<4sI16s16sIII", image, 113 * 4)
-        self.assertEqual((mark, form, board), (b"BCAN", 1, b"stm32f446".ljust(16, b"\0")))
+        mark, form, board, text, begin, end, checksum = struct.unpack_from("<4sI16s16sIII", image, 4 * (16 + INTERRUPTS))
+        self.assertEqual((mark, form, board), (b"BCAN", 1, BOARD.ljust(16, b"\0")))
         self.assertEqual([int(n) for n in text.rstrip(b"\0").split(b".")], [VERSION[0] >> 8, VERSION[0] & 255, VERSION[1]])
         self.assertEqual((begin, end), (PROGRAM, FLASH + len(image)))
-        self.assertEqual(checksum, zlib.crc32(image[:113 * 4 + 48] + image[begin - FLASH:end - FLASH]))
+        self.assertEqual(checksum, zlib.crc32(image[:4 * (16 + INTERRUPTS) + 48] + image[begin - FLASH:end - FLASH]))
 
     def test_it_starts_and_shows_its_diagnostics_over_modbus(self):
         with Machine() as machine:
@@ -161,5 +162,6 @@ def version():
 
 if __name__ == "__main__":
     IMAGE = program_from_arguments()
+    BOARD, PROGRAM, INTERRUPTS, USED = CHIPS[pathlib.Path(IMAGE).stem]
     VERSION = version()
     cases.main()

@@ -4,29 +4,10 @@
 #include <regex>
 #include <set>
 
-#include "boards/stm32f4/bxcan_rig.hpp"
+#include "boards/stm32/can_rig.hpp"
 
 using namespace cbcan;
 using namespace cbcan::test;
-
-TEST_CASE("transmit: a frame as it is in the mailbox, TIxR to TDHxR") {
-  StartedRig rig;
-  CHECK(rig.send("642#4011640100000000"));
-  CHECK(rig.model.read(0x180) == 0xC8400001);  // 642h << 21, TXRQ
-  CHECK(rig.model.read(0x184) == 8);
-  CHECK(rig.model.read(0x188) == 0x01641140);
-  CHECK(rig.model.read(0x18C) == 0x00000000);
-  CHECK(rig.send("742#R1"));
-  CHECK(rig.model.read(0x190) == 0xE8400003);  // RTR, TXRQ
-  CHECK(rig.model.read(0x194) == 1);
-  CHECK(rig.send("1ABCDEF0#1122334455667788"));
-  CHECK(rig.model.read(0x1A0) == 0xD5E6F785);  // 1ABCDEF0h << 3, IDE, TXRQ
-  CHECK(rig.model.read(0x1A8) == 0x44332211);
-  CHECK(rig.model.read(0x1AC) == 0x88776655);
-  CHECK(rig.sent() == "642#4011640100000000");
-  CHECK(rig.sent() == "742#R1");
-  CHECK(rig.sent() == "1ABCDEF0#1122334455667788");
-}
 
 TEST_CASE("transmit: three mailboxes, then full; in the order of the requests, not of the identifiers") {
   StartedRig rig;
@@ -52,13 +33,13 @@ TEST_CASE("transmit: a frame without acknowledgement is cancelled after a second
   rig.now = 5 * kSecond;
   CHECK(rig.send("000#0100"));
   CHECK(rig.poll() == 6 * kSecond);
-  rig.fail(30, BxCanRig::Model::kAcknowledgement);  // the cable is off
+  rig.fail(30, CanRig::Model::kAcknowledgement);  // the cable is off
   rig.poll(kSecond - 1);
-  CHECK((rig.model.read(0x008) & 0x1C000000) == 0x18000000);
+  CHECK(rig.can.counters().taken_back == 0);
   CHECK(rig.can.state() == cbcan::BusState::kErrorPassive);
   rig.poll(1);
-  CHECK((rig.model.read(0x008) & 0x1C000000) == 0x1C000000);
-  rig.poll();
+  rig.let_it_ask();
+  CHECK(rig.can.state() == cbcan::BusState::kErrorPassive);  // not bus-off, whatever the driver did
   CHECK(rig.can.counters().taken_back == 1);
   CHECK(rig.can.counters().sent == 0);
   rig.poll(10 * 60 * kSecond);
@@ -77,18 +58,6 @@ TEST_CASE("transmit: the second begins with the request, however long the loop h
   CHECK(rig.sent() == "602#");
 }
 
-TEST_CASE("transmit: a frame that is on the bus when it gets old may still be sent, and is counted as sent") {
-  StartedRig rig;
-  CHECK(rig.send("601#"));
-  rig.poll();
-  REQUIRE(rig.model.start_frame());
-  CHECK(rig.poll(kSecond) == kSecond + kMillisecond);  // aborted, polls again
-  rig.model.end_frame();
-  CHECK(rig.poll(kMillisecond) == kNever);
-  CHECK(rig.can.counters().sent == 1);
-  CHECK(rig.can.counters().taken_back == 0);
-}
-
 // ---- Receive
 
 namespace {
@@ -96,7 +65,8 @@ namespace {
 /// FIFO that the frame is for, of node 7Fh; -1 = none. Written from the driver's promises.
 int fifo_for(std::uint32_t id, bool remote) {
   const bool where_pdos_are = id <= 0x5FF || (id >= 0x680 && id <= 0x6FF);
-  if (remote) return id == 0x77F ? 0 : where_pdos_are ? 1 : -1;
+  if (!numbers::kFiltersSeeRtr && id == 0x77F) return 0;
+  if (remote && numbers::kFiltersSeeRtr) return id == 0x77F ? 0 : where_pdos_are ? 1 : -1;
   if (id == 0x000 || id == 0x67F || id == 0x7E4 || id == 0x7E5 || (id >= 0x580 && id <= 0x5FF)) return 0;
   return where_pdos_are || (id >= 0x700 && id <= 0x77F) ? 1 : -1;
 }
@@ -155,7 +125,7 @@ TEST_CASE("receive: every identifier hits or misses the filters as promised") {
       REQUIRE(rig.model.arrive(frame) == (expected >= 0));
       REQUIRE(rig.model.rx0_line() == (expected == 0));
       REQUIRE(rig.model.rx1_line() == (expected == 1));
-      rig.can.on_rx_interrupt();
+      rig.can.on_interrupt();
       Frame heard;
       REQUIRE(rig.can.receive(heard) == (expected >= 0));
       if (expected >= 0) REQUIRE(heard == frame);
@@ -165,30 +135,15 @@ TEST_CASE("receive: every identifier hits or misses the filters as promised") {
     CHECK_FALSE(rig.hear(frame_from(extended)));
 }
 
-TEST_CASE("receive: a release that takes its time loses and doubles nothing") {
-  StartedRig rig;
-  rig.model.release_after = 2;
-  for (const char* frame : {"581#01", "582#02", "583#03"})
-    REQUIRE(rig.model.arrive(frame_from(frame)));
-  int interrupts = 0;
-  while (rig.model.rx0_line() && ++interrupts < 20)
-    rig.can.on_rx_interrupt();
-  for (const char* frame : {"581#01", "582#02", "583#03"})
-    CHECK(rig.received() == frame);
-  CHECK(rig.received().empty());
-  CHECK(rig.can.counters().received == 3);
-}
-
 TEST_CASE("receive: an overrun keeps what was there, is counted, and shows for a second") {
   StartedRig rig;
   for (const char* frame : {"581#01", "582#02", "583#03", "584#04", "585#05"})
     rig.model.arrive(frame_from(frame));
-  rig.can.on_rx_interrupt();
+  rig.can.on_interrupt();
   for (const char* frame : {"581#01", "582#02", "583#03"})
     CHECK(rig.received() == frame);
   CHECK(rig.received().empty());
   CHECK(rig.can.counters().overruns == 1);  // FOVR is one bit: the number of lost frames is unknown
-  CHECK((rig.model.read(0x00C) & 0x10) == 0);
   rig.poll();
   CHECK(rig.can.state() == BusState::kOverflow);
   rig.poll(kSecond - 1);

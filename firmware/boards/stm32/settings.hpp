@@ -10,13 +10,13 @@
 #include <span>
 
 #include "boards/common/station.hpp"
-#include "boards/stm32f4/bxcan.hpp"
-#include "boards/stm32f4/rcc.hpp"
-#include "boards/stm32f4/usart.hpp"
+#include "boards/stm32/rcc.hpp"
+#include "boards/stm32/usart.hpp"
 #include "cbcan/modbus/identification.hpp"
 #include "cbcan/version.hpp"
+#include "chip.hpp"
 
-namespace cbcan::boards::stm32f4 {
+namespace cbcan::boards::stm32 {
 
 enum class ModbusLine : std::uint8_t {
   kVirtualComPort,  ///< USART2, PA2 and PA3: through the ST-LINK to a PC
@@ -31,14 +31,14 @@ struct Settings {
   /// slow to switch to receive; at most 50,000.
   std::uint32_t response_delay_us = 0;
   std::uint32_t can_bit_rate = 500'000;  ///< bit/s
-  bool hse_is_clock = true;              ///< 8 MHz from the ST-LINK; false = an 8 MHz crystal
+  bool hse_is_clock = kHseIsClock;       ///< false = a crystal
   std::uint8_t station = 1;              ///< Modbus
   std::uint8_t node_id = 127;            ///< CANopen
 };
 
-inline constexpr std::size_t kNetworks = 1;  ///< the driver runs CAN1
+inline constexpr std::size_t kNetworks = 1;  ///< the driver runs one controller
 using TheStation = Station<kNetworks>;
-inline constexpr modbus::Identification kIdentification({"cbcan", "stm32f446", kVersion});
+inline constexpr modbus::Identification kIdentification({"cbcan", kProduct, kVersion});
 inline constexpr Settings kBoardSettings{};
 
 // ---- As registers
@@ -69,9 +69,13 @@ constexpr std::optional<Settings> settings_of(std::span<const std::uint16_t> wor
                      words[2] <= static_cast<std::uint16_t>(SerialFormat::k8N2) &&
                      settings.response_delay_us <= 50 * kMillisecond && words[5] - 1u < nmt::kMaxNode &&
                      settings.can_bit_rate <= 1'000'000 &&
-                     bit_timing(kHseClocks.apb1, settings.can_bit_rate, bxcan::kMostPrescaler).has_value();
+                     Can<Mmio>::timing(kHseClocks.apb1, settings.can_bit_rate).has_value();
   return valid ? std::optional(settings) : std::nullopt;
 }
+
+static_assert(settings_of(words_of(kBoardSettings)),
+              "settings.hpp: one of kBoardSettings is none that the board can do with (R4150.. in "
+              "docs/reference/registers.md)");
 
 // ---- Derived values
 
@@ -101,4 +105,4 @@ constexpr TheStation::Settings station_settings(const Settings& settings, std::s
   return station;
 }
 
-}  // namespace cbcan::boards::stm32f4
+}  // namespace cbcan::boards::stm32

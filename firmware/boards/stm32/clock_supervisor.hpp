@@ -4,30 +4,31 @@
 /// Selects the board's clock, and adapts the peripherals to it.
 ///
 /// A CAN bus tolerates clocks that differ by 0.49 % with 16 quanta a bit; the RC oscillator is off by 1 % and
-/// more. So the board starts on the RC oscillator with Modbus only; CAN1 stays in its reset state, in which
-/// it sends and acknowledges nothing. When the 8 MHz clock is ready, whenever that is, core, timer and USART
-/// switch to it between two Modbus frames, and CAN joins the bus. If it fails, the NMI resets CAN1 and the
-/// loop does the rest. A CAN controller that does not respond is reset and started again.
+/// more. So the board starts on the RC oscillator with Modbus only; the CAN controller stays in its reset
+/// state, in which it sends and acknowledges nothing. When the clock of HSE is ready, whenever that is, core,
+/// timer and USART switch to it between two Modbus frames, and CAN joins the bus. If it fails, the NMI resets
+/// the controller and the loop does the rest. A CAN controller that does not respond is reset and started
+/// again.
 
 #include <atomic>
 #include <cstdint>
 
-#include "boards/stm32f4/bxcan.hpp"
-#include "boards/stm32f4/peripherals.hpp"
-#include "boards/stm32f4/rcc.hpp"
-#include "boards/stm32f4/settings.hpp"
-#include "boards/stm32f4/usart.hpp"
+#include "boards/stm32/peripherals.hpp"
+#include "boards/stm32/rcc.hpp"
+#include "boards/stm32/settings.hpp"
+#include "boards/stm32/usart.hpp"
 #include "cbcan/regmap.hpp"
 #include "cbcan/time.hpp"
+#include "chip.hpp"
 
-namespace cbcan::boards::stm32f4 {
+namespace cbcan::boards::stm32 {
 
 template <class Registers>
 class ClockSupervisor {
  public:
   /// All outlive this.
   ClockSupervisor(Rcc<Registers>& rcc, MicrosecondTimer<Registers>& timer, Usart<Registers>& usart,
-                  BxCan<Registers>& can, const Settings& settings)
+                  Can<Registers>& can, const Settings& settings)
       : rcc_(rcc), timer_(timer), usart_(usart), can_(can), settings_(settings) {}
 
   /// Call it after Rcc::enable(). CAN does not join the bus before `can_from`.
@@ -65,7 +66,7 @@ class ClockSupervisor {
     if (!on_hse_) return now + kLook;
     if (now < can_from_) return can_from_;
     if (can_.stopped()) {
-      rcc_.reset_can1();
+      rcc_.reset_can();
       can_.init(kHseClocks.apb1, settings_.can_bit_rate, settings_.node_id, now);
       return now;  // an NMI during that reset has not been handled yet: follow() comes first
     }
@@ -97,11 +98,11 @@ class ClockSupervisor {
   Rcc<Registers>& rcc_;
   MicrosecondTimer<Registers>& timer_;
   Usart<Registers>& usart_;
-  BxCan<Registers>& can_;
+  Can<Registers>& can_;
   Settings settings_;
   Time can_from_ = 0;
   bool on_hse_ = false;
   std::atomic<std::uint32_t> line_used_us_ = 0;
 };
 
-}  // namespace cbcan::boards::stm32f4
+}  // namespace cbcan::boards::stm32

@@ -7,7 +7,7 @@
 
 #include "boards/common/registers.hpp"
 
-namespace cbcan::boards::stm32f4 {
+namespace cbcan::boards::stm32 {
 
 enum class Pull : std::uint8_t { kNone = 0, kUp = 1 };
 
@@ -131,4 +131,4 @@ class Watchdog {
   Registers registers_;
 };
 
-}  // namespace cbcan::boards::stm32f4
+}  // namespace cbcan::boards::stm32

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Driver of the USART of STM32F1/F2/F4 (RM0390, chapter 25) for a protocol of requests and responses, such
-/// as Modbus RTU: every received byte goes to a handler in the interrupt, and a response is sent from the
-/// caller's memory. Nothing blocks.
+/// Driver of the USART of STM32F1/F2/F4 (RM0390, chapter 25) and G0/G4/H7 (RM0440, chapter 37) for a protocol
+/// of requests and responses, such as Modbus RTU: every received byte goes to a handler in the interrupt, and
+/// a response is sent from the caller's memory. Nothing blocks.
 
 #include <atomic>
 #include <cstdint>
 #include <span>
 
 #include "boards/common/registers.hpp"
+#include "chip.hpp"
 
-namespace cbcan::boards::stm32f4 {
+namespace cbcan::boards::stm32 {
 
 /// Data bits, parity, stop bits. Modbus requires 8E1, or 8N2 without parity; many devices use 8N1.
 enum class SerialFormat : std::uint8_t { k8E1, k8O1, k8N1, k8N2 };
@@ -37,6 +38,7 @@ class Usart {
   bool init(std::uint32_t clock, std::uint32_t baud, SerialFormat format) {
     baud_ = baud;
     bits_ = bits(format);
+    if constexpr (usart::kIcr != 0) registers_.write(kCr1, 0);  // unlocks the others
     if (!set_clock(clock)) return false;
     registers_.write(kCr2, format == SerialFormat::k8N2 ? kTwoStopBits : 0);
     // The parity bit counts as a ninth data bit.
@@ -52,7 +54,10 @@ class Usart {
     constexpr std::uint32_t kLeast = 16, kMost = 0xFFFF;
     const std::uint32_t divider = baud_ == 0 ? 0 : (clock + baud_ / 2) / baud_;
     if (divider < kLeast || divider > kMost) return false;
+    const std::uint32_t control = usart::kIcr != 0 ? registers_.read(kCr1) : 0;
+    if constexpr (usart::kIcr != 0) registers_.write(kCr1, control & ~kUe);
     registers_.write(kBrr, divider);
+    if constexpr (usart::kIcr != 0) registers_.write(kCr1, control);
     return true;
   }
 
@@ -101,23 +106,22 @@ class Usart {
  private:
   static constexpr std::uint32_t kLateUs = 10'000;  ///< for a late interrupt or loop
 
-  // RM0390, 25.6.
-  static constexpr std::uint32_t kSr = 0x00;
-  static constexpr std::uint32_t kPe = bit(0), kFe = bit(1), kOre = bit(3), kRxne = bit(5);
+  static constexpr std::uint32_t kSr = usart::kStatus;
+  static constexpr std::uint32_t kPe = bit(0), kFe = bit(1), kNe = bit(2), kOre = bit(3), kRxne = bit(5);
   static constexpr std::uint32_t kTc = bit(6), kTxe = bit(7);
-  static constexpr std::uint32_t kDr = 0x04;
-  static constexpr std::uint32_t kBrr = 0x08;
-  static constexpr std::uint32_t kCr1 = 0x0C;
+  static constexpr std::uint32_t kBrr = usart::kBrr;
+  static constexpr std::uint32_t kCr1 = usart::kCr1;
   static constexpr std::uint32_t kRe = bit(2), kTe = bit(3), kRxneie = bit(5), kTcie = bit(6),
                                  kTxeie = bit(7);
-  static constexpr std::uint32_t kOdd = bit(9), kParity = bit(10), kNineBits = bit(12), kUe = bit(13);
+  static constexpr std::uint32_t kOdd = bit(9), kParity = bit(10), kNineBits = bit(12), kUe = usart::kUe;
   static constexpr std::uint32_t kEnabled = kUe | kRxneie | kTe | kRe;
-  static constexpr std::uint32_t kCr2 = 0x10;
+  static constexpr std::uint32_t kCr2 = usart::kCr2;
   static constexpr std::uint32_t kTwoStopBits = bit(13);
 
-  /// Reading SR, then DR clears the flags.
+  /// Reading SR, then DR clears the flags; ICR those of errors.
   void receive(std::uint32_t status, auto& handler) {
-    const auto byte = static_cast<std::uint8_t>(registers_.read(kDr));
+    const auto byte = static_cast<std::uint8_t>(registers_.read(usart::kRdr));
+    if constexpr (usart::kIcr != 0) registers_.write(usart::kIcr, status & (kPe | kFe | kNe | kOre));
     if ((status & kOre) != 0) ++counters_.overrun;
     if ((status & kPe) != 0) ++counters_.parity;
     if ((status & kFe) != 0) ++counters_.framing;
@@ -127,11 +131,11 @@ class Usart {
       handler.on_broken_byte();
   }
 
-  /// Reading SR, then writing DR clears TC: so after the last byte it reports the end of that byte.
+  /// Writing DR, after SR was read, clears TC: so after the last byte it reports the end of that byte.
   void send_more() {
     while (!rest_.empty()) {
       if ((registers_.read(kSr) & kTxe) == 0) return;
-      registers_.write(kDr, rest_.front());
+      registers_.write(usart::kTdr, rest_.front());
       rest_ = rest_.subspan(1);
     }
     modify(registers_, kCr1, kTxeie, kTcie);
@@ -147,4 +151,4 @@ class Usart {
   UsartCounters counters_;
 };
 
-}  // namespace cbcan::boards::stm32f4
+}  // namespace cbcan::boards::stm32

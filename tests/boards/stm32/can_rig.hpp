@@ -1,29 +1,37 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The bxCAN driver on a model of the controller; the test plays the bus and the loop.
+/// The driver of the CAN controller on a model of it (chip_numbers.hpp); the test plays the bus and the loop.
 
 #include "boards/model_registers.hpp"
-#include "boards/stm32f4/bxcan.hpp"
-#include "boards/stm32f4/bxcan_model.hpp"
+#include "chip.hpp"
+#include "chip_numbers.hpp"
 #include "support/catch.hpp"
 #include "support/frame_text.hpp"
 
 namespace cbcan::test {
 
-struct BxCanRig {
-  using Driver = boards::stm32f4::BxCan<ModelRegisters<BxCanModel>>;
-  using Model = BxCanModel;
+/// The driver; `before` is for SharedRegisters.
+template <class Registers>
+boards::stm32::Can<Registers> make_can(auto& model, auto&... before) {
+  if constexpr (requires { model.ram; })
+    return boards::stm32::Can<Registers>(Registers(model, before...), Registers(model.ram, before...));
+  else
+    return boards::stm32::Can<Registers>(Registers(model, before...));
+}
+
+struct CanRig {
+  using Model = numbers::CanModel;
 
   static constexpr std::uint8_t kOwnNode = 0x7F;
 
-  BxCanModel model;
-  Driver can{ModelRegisters<BxCanModel>(model)};
+  Model model;
+  boards::stm32::Can<SharedRegisters> can = make_can<SharedRegisters>(model);
   Time now = 0;
 
   /// Configured, about to join the bus.
   void init(std::uint8_t node_id = kOwnNode) {
-    REQUIRE(can.init(40'000'000, 500'000, node_id, now));
+    REQUIRE(can.init(numbers::kCanClock, 500'000, node_id, now));
     for (int i = 0; i < 5; ++i)
       can.poll(now);
   }
@@ -41,6 +49,12 @@ struct BxCanRig {
     return can.poll(now);
   }
 
+  /// Polls until the driver waits for the bus.
+  void let_it_ask() {
+    for (int i = 0; i < 10; ++i)
+      poll(kMillisecond);
+  }
+
   bool send(std::string_view text) { return can.try_send(frame_from(text)); }
   /// The next frame that the controller sends; "" = none.
   std::string sent() {
@@ -51,7 +65,7 @@ struct BxCanRig {
   /// A frame arrives, and its interrupt is served immediately.
   bool hear(const Frame& frame) {
     const bool heard = model.arrive(frame);
-    if (model.rx0_line() || model.rx1_line()) can.on_rx_interrupt();
+    if (model.rx0_line() || model.rx1_line()) can.on_interrupt();
     return heard;
   }
   std::string received() {
@@ -60,7 +74,7 @@ struct BxCanRig {
   }
 
   /// Transmission errors of weight 8 each.
-  void fail(unsigned times, BxCanModel::Error error = BxCanModel::kBit0) {
+  void fail(unsigned times, Model::Error error = Model::kBit0) {
     for (unsigned i = 0; i < times; ++i) {
       REQUIRE(model.start_frame());
       model.end_frame(error);
@@ -68,7 +82,7 @@ struct BxCanRig {
   }
 };
 
-struct StartedRig : BxCanRig {
+struct StartedRig : CanRig {
   StartedRig() { start(); }
 };
 

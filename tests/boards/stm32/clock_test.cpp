@@ -1,23 +1,20 @@
 // SPDX-License-Identifier: MIT
-// The clock's drivers and their supervisor on models of RCC, TIM2, USART2 and bxCAN: what runs on which
-// clock, and that CAN never joins the bus on the wrong one. Expected values derived by hand from the bit
-// definitions of RM0390.
+// The clock's drivers and their supervisor on models of RCC, TIM2, USART2 and the CAN controller: what runs
+// on which clock, and that CAN never joins the bus on the wrong one. Expected values derived by hand from the
+// bit definitions of the reference manuals (chip_numbers.hpp).
 
-#include "boards/model_registers.hpp"
-#include "boards/stm32f4/bxcan_model.hpp"
-#include "boards/stm32f4/clock_supervisor.hpp"
-#include "boards/stm32f4/peripheral.hpp"
-#include "boards/stm32f4/rcc_model.hpp"
-#include "boards/stm32f4/usart_model.hpp"
-#include "support/catch.hpp"
-#include "support/frame_text.hpp"
+#include "boards/stm32/can_rig.hpp"
+#include "boards/stm32/clock_supervisor.hpp"
+#include "boards/stm32/peripheral.hpp"
+#include "boards/stm32/rcc_model.hpp"
+#include "boards/stm32/usart_model.hpp"
 
 namespace cbcan {
 namespace {
 
-using namespace boards::stm32f4;
+using namespace boards::stm32;
+namespace numbers = test::numbers;
 using regmap::ClockSource;
-using test::BxCanModel;
 using test::Peripheral;
 using test::RccModel;
 using test::SharedRegisters;
@@ -28,7 +25,7 @@ struct ClockRig {
   static constexpr std::uint32_t kHalfSilenceUs = 875;  // of 1750 us
 
   explicit ClockRig(const Settings& settings = {}) : supervisor(rcc, timer, usart, can, settings) {
-    rcc_model.on_can1_reset = [this](bool reset) { can_model.hold_in_reset(reset); };
+    rcc_model.on_can_reset = [this](bool reset) { can_model.hold_in_reset(reset); };
     rcc_model.wait_states = [this] { return flash.words[0] & 15; };
     tim2.on_write = [this](std::uint32_t offset, std::uint32_t value) {
       if (offset != 0x14 || (value & 1) == 0) return;
@@ -79,7 +76,7 @@ struct ClockRig {
     CHECK_FALSE(rcc_model.nmi_line());
   }
 
-  std::uint32_t baud() { return rcc_model.apb1() / usart_model.read(0x08); }
+  std::uint32_t baud() { return rcc_model.apb1() / usart_model.read(numbers::kBrr); }
   std::uint32_t ticks_per_second() { return rcc_model.timers() / (prescaler + 1); }
   void check_internal() {
     CHECK(supervisor.source() == ClockSource::kInternal);
@@ -92,12 +89,12 @@ struct ClockRig {
   }
   void check_external() {
     CHECK(supervisor.source() == ClockSource::kExternal);
-    CHECK(rcc_model.core() == 160'000'000);
-    CHECK(baud() == 115'273);  // 40 MHz / 347: 0.06 % off
+    CHECK(rcc_model.core() == numbers::kCore);
+    CHECK(baud() == 115'273);  // 40 MHz / 347, 80 MHz / 694: 0.06 % off
     CHECK(ticks_per_second() == 1'000'000);
     CHECK(can.state() == BusState::kActive);
     CHECK(can_model.on_bus());
-    CHECK(can_model.read(0x01C) == 0x011C0004);  // BTR: 500 kbit/s of 40 MHz
+    CHECK(can_model.read(0x01C) == numbers::kTiming);
   }
 
   SharedRegisters::Happening before_access = [] {};
@@ -105,73 +102,74 @@ struct ClockRig {
   Peripheral flash, tim2;
   std::uint32_t prescaler = 0;
   UsartModel usart_model;
-  BxCanModel can_model;
+  numbers::CanModel can_model;
   Rcc<SharedRegisters> rcc{{rcc_model, before_access}, {flash, before_access}};
   MicrosecondTimer<SharedRegisters> timer{{tim2, before_access}};
   Usart<SharedRegisters> usart{{usart_model, before_access}};
-  BxCan<SharedRegisters> can{{can_model, before_access}};
+  Can<SharedRegisters> can = test::make_can<SharedRegisters>(can_model, before_access);
   ClockSupervisor<SharedRegisters> supervisor;
   Time now = 0;
 };
 
 }  // namespace
 
-TEST_CASE("clock: without the 8 MHz Modbus has the RC oscillator at once, and CAN stays silent") {
+TEST_CASE("clock: without HSE Modbus has the RC oscillator at once, and CAN stays silent") {
   ClockRig rig;
   rig.check_internal();
   rig.pass(10 * kSecond);
   rig.check_internal();
   const Time due = rig.turn(kMillisecond);
   CHECK(due == rig.now + kMillisecond);
-  CHECK(rig.can_model.read(0x000) == 0x00010002);  // MCR as its reset leaves it: asleep
+  CHECK(rig.can_model.read(numbers::kMode) == numbers::kModeReset);  // as its reset leaves it
 }
 
-TEST_CASE("clock: the 8 MHz are taken when they come, and CAN joins the bus") {
+TEST_CASE("clock: HSE is taken when it comes, and CAN joins the bus") {
   for (const Time after : {Time{0}, 2 * kSecond, 3600 * kSecond}) {
     ClockRig rig;
     rig.now += after;
     rig.pass(10 * kMillisecond);
     rig.check_internal();
     rig.start_hse();
-    CHECK((rig.rcc_model.word(0x00) & 0x010D0000) == 0x010D0000);  // PLLON, CSSON, HSEBYP, HSEON
-    CHECK(rig.rcc_model.word(0x04) == 0x27402804);                 // R = 2, Q = 7, HSE, P = 2, N = 160, M = 4
-    CHECK(rig.rcc_model.word(0x08) == 0x0000940A);                 // PPRE2 = / 2, PPRE1 = / 4, SWS = SW = PLL
-    CHECK(rig.flash.words[0] == 0x00000705);                       // DCEN, ICEN, PRFTEN, 5 wait states
-    CHECK(rig.rcc_model.apb2() == 80'000'000);
+    CHECK((rig.rcc_model.word(0x00) & 0x010D0000) == numbers::kCrRuns);
+    CHECK(rig.rcc_model.word(numbers::kPllcfgr) == numbers::kPllcfgrRuns);
+    CHECK(rig.rcc_model.word(0x08) == numbers::kCfgrRuns);
+    CHECK(rig.flash.words[0] == numbers::kAcrRuns);
+    CHECK(rig.rcc_model.apb2() == numbers::kApb2);
   }
 }
 
 TEST_CASE("clock: a boot loader that has left the PLL on HSI") {
   ClockRig rig;
-  for (const auto& [offset, value] : {RccModel::Write{0x04, 0x24002808}, {0x00, 0x01000083}})
+  for (const auto& [offset, value] :
+       {RccModel::Write{numbers::kPllcfgr, numbers::kPllcfgrOfHsi}, {0x00, numbers::kCrOfHsi}})
     rig.rcc_model.write(offset, value);
   for (int i = 0; i < 3; ++i)
     rig.rcc_model.read(0x00);
-  rig.flash.words[0] = 5;
-  rig.rcc_model.write(0x08, 0x00009402);
-  while (rig.rcc_model.core() != 160'000'000)
+  rig.flash.words[0] = numbers::kWaitStates;
+  rig.rcc_model.write(0x08, numbers::kCfgrOfHsi);
+  while (rig.rcc_model.core() != numbers::kCore)
     rig.rcc_model.read(0x08);
   rig.supervisor.start();
   rig.check_internal();
   rig.start_hse();
 }
 
-TEST_CASE("clock: a crystal is not bypassed") {
+TEST_CASE("clock: a crystal is not bypassed, a clock signal is") {
   Settings settings;
-  settings.hse_is_clock = false;
+  settings.hse_is_clock = !kHseIsClock;  // the other tests have the default
   ClockRig rig(settings);
   rig.start_hse();
-  CHECK((rig.rcc_model.word(0x00) & 1u << 18) == 0);
+  CHECK((rig.rcc_model.word(0x00) >> 18 & 1) == settings.hse_is_clock);
 }
 
 TEST_CASE("clock: on RS-485 the USART follows APB2") {
   Settings settings;
   settings.line = ModbusLine::kRs485;
   ClockRig rig(settings);
-  CHECK(rig.rcc_model.apb2() / rig.usart_model.read(0x08) == 115'107);
+  CHECK(rig.rcc_model.apb2() / rig.usart_model.read(numbers::kBrr) == 115'107);
   rig.rcc_model.set_hse(true);
   rig.pass(20 * kMillisecond);
-  CHECK(rig.rcc_model.apb2() / rig.usart_model.read(0x08) == 115'273);
+  CHECK(rig.rcc_model.apb2() / rig.usart_model.read(numbers::kBrr) == 115'273);
 }
 
 TEST_CASE("clock: it changes between two Modbus frames: not within one, not while a response is sent") {
@@ -206,8 +204,8 @@ TEST_CASE("clock: the NMI resets CAN before anything else, and the loop does the
   CHECK(rig.can.try_send(test::frame_from("000#0100")));
   rig.rcc_model.writes.clear();
   rig.fail_hse();
-  CHECK(rig.rcc_model.writes == std::vector<RccModel::Write>{{0x20, 1u << 25},    // APB1RSTR: CAN1RST
-                                                             {0x0C, 1u << 23}});  // CIR: CSSC
+  CHECK(rig.rcc_model.writes ==
+        std::vector<RccModel::Write>{{numbers::kApb1rstr, 1u << 25}, {numbers::kCssClear, numbers::kCssc}});
   CHECK_FALSE(rig.can_model.on_bus());
   CHECK_FALSE(rig.can_model.sent());
   rig.turn(10);
@@ -222,7 +220,7 @@ TEST_CASE("clock: the NMI resets CAN before anything else, and the loop does the
   rig.check_internal();
 }
 
-TEST_CASE("clock: the 8 MHz fail at any moment, and come again: CAN never takes part without them") {
+TEST_CASE("clock: HSE fails at any moment, and comes again: CAN never takes part without it") {
   int moment = 0;
   for (bool failed = true; failed; ++moment) {
     INFO("access " << moment);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "boards/stm32f4/settings.hpp"
+#include "boards/stm32/settings.hpp"
 
 #include "support/catch.hpp"
 
 namespace cbcan {
 
-using boards::stm32f4::response_delay_us;
-using boards::stm32f4::SerialFormat;
+using boards::stm32::response_delay_us;
+using boards::stm32::SerialFormat;
 
 TEST_CASE("Response delay: t3.5 after the last stop bit, by a clock 5 % fast too; a setting lengthens it") {
   // RXNE comes in the stop bit: t3.5, 1.5 bits or 2, and 5 %.
@@ -20,7 +20,7 @@ TEST_CASE("Response delay: t3.5 after the last stop bit, by a clock 5 % fast too
 }
 
 TEST_CASE("Settings of the board: as registers and back, and words that are none") {
-  using namespace boards::stm32f4;
+  using namespace boards::stm32;
   Settings settings;
   settings.station = 247;
   settings.baud = 9'600;
