@@ -199,12 +199,14 @@ void Device::restore(std::uint16_t first_index, std::uint16_t last_index, Time n
 
 /// The application's steps, then part by part, then PDO by PDO.
 bool Device::restore_more(std::uint32_t step, Time now) {
-  if (step == 0) application_steps_ = UINT32_MAX;
-  if (step < application_steps_) {
-    if (application_.restore_more(step, now)) return true;
-    application_steps_ = step;
+  if constexpr (kServices.stored_parameters) {
+    if (step == 0) application_steps_ = UINT32_MAX;
+    if (step < application_steps_) {
+      if (application_.restore_more(step, now)) return true;
+      application_steps_ = step;
+    }
+    step -= application_steps_;
   }
-  step -= application_steps_;
   std::uint32_t parts = 0;
   with_parts(*this, [&](auto&... part) { ((step == parts++ ? part.reset(node_id(), now) : void()), ...); });
   if (step < parts || (kServices.process_data() && pdo_->load_one(step - parts, now))) return true;

@@ -163,8 +163,8 @@ class ObjectDictionary {
   /// The same for those that cannot wait: it never returns kLater.
   AbortCode write_whole(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value,
                         Time now) {
-    AbortCode answer = AbortCode::kLater;
-    while (answer == AbortCode::kLater)
+    AbortCode answer = write(index, sub, value, now);
+    while (kServices.stored_parameters && answer == AbortCode::kLater)
       answer = write(index, sub, value, now);
     return answer;
   }

@@ -26,10 +26,12 @@ void SdoServer::on_frame(const Frame& frame, Time now) {
     return;
   }
   const std::uint8_t command = frame.data[0];
-  if (is_held() && command != sdo::command(sdo::Request::kAbort) &&
-      (awaits_client() || sdo::is(command, sdo::Request::kDownloadSegment)))
-    return;  // its client waits
-  finish_held();
+  if (is_held()) {
+    if (command != sdo::command(sdo::Request::kAbort) &&
+        (awaits_client() || sdo::is(command, sdo::Request::kDownloadSegment)))
+      return;  // its client waits
+    finish_held();
+  }
   if (awaits_client() && command != sdo::command(sdo::Request::kAbort)) {
     if (state_ == State::kBlockDownload) return block_download_segment(frame);
     if (is_last_segment(command)) return;
@@ -87,7 +89,7 @@ void SdoServer::respond(std::uint8_t command, std::uint32_t bytes_1_to_3, std::u
 // ---- Answers that come later
 
 AbortCode SdoServer::hold_if_later(AbortCode answer) {
-  held_ = kCanWait && answer == AbortCode::kLater;
+  held_ = answer == AbortCode::kLater;
   return held_ ? AbortCode::kNone : answer;
 }
 
@@ -128,7 +130,8 @@ AbortCode SdoServer::store() {
 }
 
 AbortCode SdoServer::write(std::span<const std::uint8_t> value) {
-  return hold_if_later(dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), value, now_));
+  const AbortCode answer = dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), value, now_);
+  return kCanWait ? hold_if_later(answer) : answer;
 }
 
 void SdoServer::initiate_download(const Frame& frame) {
