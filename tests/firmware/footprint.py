@@ -15,10 +15,10 @@ import sys
 from limits import LIMITS
 
 IMAGES, BOARDS, LEAST = "tests/firmware/images", "firmware/boards", 3000
-FILES = {f"{IMAGES}/{name}": name for name in ("sdo_client", "master", "coprocessor", "coprocessor_with_manager", "canopen_services_plain", "canopen_services_lto")}
+FILES = {f"{IMAGES}/{name}": name for name in ("sdo_client", "master", "coprocessor", "coprocessor_with_manager", "canopen_services_plain", "canopen_services_lto", "device_plain", "device_lto")}
 FILES |= {f"{BOARDS}/mps2_an385/cbcan_mps2_{name}.elf": name for name in ("minimal", "process_data", "boot_loader")}
 FILES |= {f"{BOARDS}/pico/cbcan_{name}.elf": name for name in ("pico", "pico_slave")}
-FILES |= {f"{BOARDS}/mps2_an385/cbcan_mps2_an385.elf": "image", f"{BOARDS}/stm32f4/cbcan_stm32f4.elf": "stm32f4"}
+FILES |= {f"{BOARDS}/mps2_an385/cbcan_mps2_an385.elf": "image", f"{BOARDS}/stm32f4/cbcan_stm32f4.elf": "stm32f4", f"{BOARDS}/stm32g4/cbcan_stm32g4.elf": "stm32g4"}
 
 
 def size(*arguments):
@@ -27,7 +27,7 @@ def size(*arguments):
 
 def main():
     m0plus, m3, m4 = map(pathlib.Path, sys.argv[1:])
-    folders = {"stm32f4": m4, "pico": m0plus, "pico_slave": m0plus}
+    folders = {"stm32f4": m4, "stm32g4": m4, "pico": m0plus, "pico_slave": m0plus}
     good = sorted(FILES.values()) == sorted(LIMITS["size"])
     for file, name in FILES.items():
         image = folders.get(name, m3) / file
