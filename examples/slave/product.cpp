@@ -80,6 +80,7 @@ int main() {
       module.on_frame(frame, now());
     module.on_bus_state(bus_state(), now());
     module.read_inputs();
+    store.allow_erase(module.device().state() != nmt::State::kOperational);  // it stops the core
     const Time blink = leds.poll(module.device().state(), bus_state(), now());
     set_leds(leds.run(), leds.error());
     sleep_until(earlier(module.poll(now()), blink));
