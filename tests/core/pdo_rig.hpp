@@ -152,7 +152,8 @@ struct PdoRig final : StackRig<Pdo>, PdoApplication, private ObjectHandler {
   }
   Wire& change(std::uint16_t index, std::uint8_t sub, std::uint64_t value) {
     set(index, sub, value);
-    pdo.changed(index, sub, now);
+    pdo.changed(index, sub);
+    pdo.poll(now);
     return *this;
   }
   std::vector<std::uint32_t> ids() const {

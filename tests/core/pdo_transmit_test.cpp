@@ -151,8 +151,8 @@ TEST_CASE("What is not there, not mapped, not valid or not Operational means not
   rig.operational().expect("181#10", "183#00");
   rig.configure(0x1802, 1, 0x80000183);
   rig.change(0x2001, 2, 1).expect_silence();
-  rig.pdo.changed(0x2001, 9, rig.now);
-  rig.pdo.changed(0x2012, 0, rig.now);  // computed
+  rig.pdo.changed(0x2001, 9);
+  rig.pdo.changed(0x2012, 0);  // computed
   for (std::uint16_t number = 2; number <= 4; ++number)
     rig.pdo.request(number, rig.now);
   rig.arrive("181#R1", "183#R1");
