@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# find_package(cbcan [COMPONENTS canopen core rtu slcan window cia405 sim]): a target cbcan::NAME for each. window, cia405 and sim need
+# find_package(cbcan [COMPONENTS canopen core rtu slcan station window cia405 sim]): a target cbcan::NAME for each. window, cia405 and sim need
 # third-party libraries; without COMPONENTS they are omitted if those are missing.
 if(CBCAN_CONFIGURATION)
   set(cbcan_FOUND FALSE)
@@ -7,6 +7,7 @@ if(CBCAN_CONFIGURATION)
   return()
 endif()
 include(${CMAKE_CURRENT_LIST_DIR}/cbcan-firmware.cmake)
+include(${CMAKE_CURRENT_LIST_DIR}/object_dictionary.cmake)
 set(cbcan_window_needs "pkg-config and libmodbus")
 set(cbcan_cia405_needs "${cbcan_window_needs}")
 set(cbcan_sim_needs "fmt, tomlplusplus, pkg-config and Lua 5.4")
@@ -36,7 +37,7 @@ foreach(component IN LISTS cbcan_FIND_COMPONENTS)
     if(DEFINED cbcan_${component}_needs)
       string(APPEND cbcan_NOT_FOUND_MESSAGE "it needs ${cbcan_${component}_needs}, when it is built and here")
     else()
-      string(APPEND cbcan_NOT_FOUND_MESSAGE "the components are canopen, core, rtu, slcan, window, cia405 and sim")
+      string(APPEND cbcan_NOT_FOUND_MESSAGE "the components are canopen, core, rtu, slcan, station, window, cia405 and sim")
     endif()
   endif()
 endforeach()

@@ -24,8 +24,11 @@ endfunction()
 
 # ---- Libraries
 
-cbcan_install_libraries(cbcan-firmware canopen core rtu slcan regmap)
+cbcan_install_libraries(cbcan-firmware canopen core rtu slcan station regmap)
 cbcan_install_headers(firmware/cbcan regmap/include/cbcan)
+set(boards ${CMAKE_INSTALL_INCLUDEDIR}/cbcan/station)  # of "boards/common/station.hpp"
+install(DIRECTORY firmware/boards/common DESTINATION ${boards}/boards COMPONENT dev FILES_MATCHING PATTERN "*.hpp")
+target_include_directories(cbcan_station INTERFACE $<INSTALL_INTERFACE:${boards}>)
 set(configuration firmware)
 if(CBCAN_CONFIGURATION)
   set(configuration ${CBCAN_CONFIGURATION})
@@ -40,14 +43,14 @@ if(TARGET cbcan::cia405)
 endif()
 
 install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libcbcan-dev COMPONENT dev
-  FILES_MATCHING PATTERN "*.cpp" PATTERN "*.hpp" PATTERN "*.py" PATTERN "*.ini" PATTERN CMakeLists.txt)
+  FILES_MATCHING PATTERN "*.cpp" PATTERN "*.hpp" PATTERN "*.py" PATTERN "*.ini" PATTERN "*.eds" PATTERN CMakeLists.txt)
 if(TARGET cbcan::sim)
   cbcan_install_libraries(cbcan-sim sim)
   cbcan_install_headers(hostsim/plant/include/cbcan)
 endif()
 
 write_basic_package_version_file(cbcan-config-version.cmake COMPATIBILITY SameMinorVersion)
-install(FILES cmake/cbcan-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/cbcan-config-version.cmake
+install(FILES cmake/cbcan-config.cmake cmake/object_dictionary.cmake ${CMAKE_CURRENT_BINARY_DIR}/cbcan-config-version.cmake
   DESTINATION ${package_folder} COMPONENT dev)
 
 # ---- Programs and their files
@@ -58,14 +61,16 @@ endif()
 # Generated from the programs and the register table: manual pages, completion, lists of registers.
 find_package(Python3 3.9 REQUIRED COMPONENTS Interpreter)
 set(share ${CMAKE_BINARY_DIR}/share)
-set(manuals man/man1/cbcan-sim.1 man/man1/cbcan-st.1 man/man1/cbcanctl.1 man/man5/cbcan-plant.5 bash-completion/completions/cbcan-sim
-  bash-completion/completions/cbcan-st bash-completion/completions/cbcanctl doc/cbcan/README.md)
+set(manuals man/man5/cbcan-plant.5 doc/cbcan/README.md)
+foreach(name cbcan-eds cbcan-network cbcan-sim cbcan-st cbcanctl)
+  list(APPEND manuals man/man1/${name}.1 bash-completion/completions/${name})
+endforeach()
 list(TRANSFORM manuals PREPEND ${share}/)
 file(GLOB_RECURSE pages CONFIGURE_DEPENDS docs/*.md)
 file(GLOB_RECURSE python CONFIGURE_DEPENDS tools/python/*)
 add_custom_command(OUTPUT ${manuals}
   COMMAND Python3::Interpreter ${PROJECT_SOURCE_DIR}/packaging/manuals $<TARGET_FILE_DIR:cbcan-sim> ${share}
-  DEPENDS cbcan-sim cbcanctl packaging/manuals packaging/owner README.md SECURITY.md CHANGELOG.md ${pages} ${python})
+  DEPENDS cbcan-eds cbcan-network cbcan-sim cbcanctl packaging/manuals packaging/owner README.md SECURITY.md CHANGELOG.md ${pages} ${python})
 set(registers ${share}/doc/cbcan/registers)
 add_custom_command(OUTPUT ${registers}.csv ${registers}.json
   COMMAND ${CMAKE_COMMAND} -E make_directory ${share}/doc/cbcan
@@ -74,7 +79,7 @@ add_custom_command(OUTPUT ${registers}.csv ${registers}.json
 add_custom_target(documents ALL DEPENDS ${manuals} ${registers}.csv ${registers}.json)
 
 set(data ${CMAKE_INSTALL_DATADIR}/cbcan)
-install(TARGETS cbcan-sim cbcanctl COMPONENT programs)
+install(TARGETS cbcan-sim cbcanctl cbcan-eds cbcan-network COMPONENT programs)
 install(DIRECTORY plants scenarios DESTINATION ${data} COMPONENT programs)
 install(DIRECTORY tools/st DESTINATION ${data} COMPONENT programs FILES_MATCHING PATTERN "*.st" PATTERN "*.xml" PATTERN "*.py"
   PATTERN __pycache__ EXCLUDE)
@@ -122,10 +127,11 @@ over Modbus, in front of simulated CANopen devices or a CAN interface.
 cbcanctl is the PLC's side, from the command line.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libcbcan-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "pkg-config, libmodbus-dev, libfmt-dev, libtomlplusplus-dev, liblua5.4-dev")
+set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "cbcan, pkg-config, libmodbus-dev, libfmt-dev, libtomlplusplus-dev, liblua5.4-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "C++20 libraries, freestanding: CANopen (SDO, PDO, NMT, LSS and more), the
-coprocessor behind registers, a Modbus RTU server, SLCAN. For programs: the
-PLC's side of the registers over Modbus, and the function blocks of CiA 405
-on it; they need libmodbus. For tests: a simulated plant, which needs libfmt,
-libtomlplusplus and liblua5.4.")
+coprocessor behind registers, a Modbus RTU server, SLCAN, the common parts of
+boards. cbcan-eds of the package cbcan makes a slave of an EDS file. For
+programs: the PLC's side of the registers over Modbus, and the function blocks
+of CiA 405 on it; they need libmodbus. For tests: a simulated plant, which
+needs libfmt, libtomlplusplus and liblua5.4.")
 include(CPack)

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The master as a program: master HOST PORT joins a bus, such as that of `cbcan-sim --slcan HOST:PORT`. When
-// both nodes run, it writes outputs of the I/O module and reads the pressure; it reports nodes that are lost
-// or return.
+// The master as a program: master INTERFACE joins a CAN interface of Linux, master HOST PORT a bus such as
+// that of `cbcan-sim --slcan HOST:PORT`. When both nodes run, it writes outputs of the I/O module and reads
+// the pressure; it reports nodes that are lost or return.
 #include <cstdio>
 
-#include "../support/slcan_bus.hpp"
+#include "../support/can_bus.hpp"
 #include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "master.hpp"
 
@@ -14,26 +14,21 @@ using cbcan::SdoClient;
 
 constexpr std::uint8_t kModule = 0x42, kTransducer = 1;
 
-void write_outputs(Master& master, cbcan::Time now) {
-  master.client.data()[0] = 0x0F;
-  master.client.start({kModule, 1, 0x6200, 1, SdoClient::Direction::kWrite, SdoClient::Mode::kAuto}, now);
-}
+/// In this order; each begins when the one before has ended and its node is free.
+constexpr SdoClient::Request kJobs[] = {
+    {kModule, 1, 0x6200, 1, SdoClient::Direction::kWrite, SdoClient::Mode::kAuto},
+    {kTransducer, 1, 0x9130, 4, SdoClient::Direction::kRead, SdoClient::Mode::kAuto}};
 
-void read_pressure(Master& master, cbcan::Time now) {
-  master.client.start({kTransducer, 1, 0x9130, 4, SdoClient::Direction::kRead, SdoClient::Mode::kAuto}, now);
-}
-
-/// The jobs, in order; each begins when the one before has ended and its node is free.
 class Jobs {
  public:
   void poll(Master& master, cbcan::Time now) {
     if (begun_ && !master.client.busy()) tell(master.client);
-    const std::uint8_t node = done_ == 0 ? kModule : kTransducer;
-    if (begun_ || done_ == 2 || !master.runs(kModule) || !master.runs(kTransducer) ||
-        !master.is_free(node, now))
+    if (begun_ || done_ == std::size(kJobs) || !master.runs(kModule) || !master.runs(kTransducer) ||
+        !master.is_free(kJobs[done_].node, now))
       return;
     begun_ = true;
-    done_ == 0 ? write_outputs(master, now) : read_pressure(master, now);
+    master.client.data()[0] = 0x0F;  // the outputs
+    master.client.start(kJobs[done_], now);
   }
 
  private:
@@ -56,13 +51,13 @@ class Jobs {
 
 int main(int count, char** words) {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
-  SlcanBus bus(count, words);
+  CanBus bus(count, words);
   Master master(bus.port());
   Jobs jobs;
   bool ran[2] = {};
-  master.start(SlcanBus::now());
+  master.start(CanBus::now());
   for (;;) {
-    const cbcan::Time now = SlcanBus::now();
+    const cbcan::Time now = CanBus::now();
     for (cbcan::Frame frame; bus.receive(frame);)
       master.on_frame(frame, now);
     master.on_bus_state(bus.state(), now);

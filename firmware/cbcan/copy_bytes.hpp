@@ -31,13 +31,13 @@ inline void copy_bytes(const std::uint8_t* from, std::uint8_t* to, std::size_t c
 /// Compares 16-bit words. On microcontrollers four at a time: there a library's memcmp is longer than this.
 inline bool differ(const std::uint16_t* a, const std::uint16_t* b, std::size_t count) {
   if constexpr (sizeof(std::size_t) > 4) return __builtin_memcmp(a, b, 2 * count) != 0;
-  constexpr auto word = [](const std::uint16_t* at) {
+  constexpr auto pair = [](const std::uint16_t* at) {
     std::uint32_t number = 0;
     __builtin_memcpy(&number, at, sizeof number);
     return number;
   };
   for (; count >= 4; count -= 4, a += 4, b += 4)
-    if (((word(a) ^ word(b)) | (word(a + 2) ^ word(b + 2))) != 0) return true;
+    if (((pair(a) ^ pair(b)) | (pair(a + 2) ^ pair(b + 2))) != 0) return true;
   for (; count != 0; --count)
     if (*a++ != *b++) return true;
   return false;

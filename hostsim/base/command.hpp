@@ -10,6 +10,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <iterator>
 #include <span>
 #include <string>
 #include <string_view>
@@ -96,6 +97,14 @@ std::string help_of(const Command<Target>& command) {
 
 // ---- Parsed arguments
 
+/// The arguments of a program with one command.
+template <class Target>
+ParsedArguments parse_arguments(std::span<const char* const> words, const Command<Target>& command) {
+  std::vector<std::string_view> known{"-h, --help"};
+  std::ranges::transform(command.options, std::back_inserter(known), &Row::option);
+  return parse_arguments(words, known);
+}
+
 bool is_typed(const ParsedArguments& typed, std::string_view option);
 
 /// true for a flag.
@@ -140,6 +149,15 @@ template <class Target>
   }
   if (words.empty()) return {};
   return fmt::format("{}: one word too many; usage: {}", words.front(), usage_of(command));
+}
+
+/// All arguments of a program with one command.
+template <class Target>
+[[nodiscard]] Problem put_all(const Command<Target>& command, const ParsedArguments& typed, Target& target) {
+  for (const WrongWord& wrong : typed.wrong)
+    return fmt::format("{}: {}", wrong.word, wrong.message);
+  const Problem problem = put_options<Target>(command, {}, typed, target);
+  return problem.empty() ? put_words(command, typed.words, target) : problem;
 }
 
 }  // namespace cbcan::base

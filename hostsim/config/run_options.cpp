@@ -94,17 +94,12 @@ TargetPlace target_of(const std::string& text) {
 
 RunStart parse_run_command_line(std::span<const char* const> words) {
   RunStart start;
-  std::vector<std::string_view> known{"-h, --help"};
-  std::ranges::transform(kRunRows, std::back_inserter(known), &base::Row::option);
-  const base::ParsedArguments typed = base::parse_arguments(words, known);
+  const base::ParsedArguments typed = base::parse_arguments(words, kRun);
   if (is_typed(typed, base::kHelpOption)) {
     start.out = base::help_of(kRun) + "\nExit codes:\n" + base::exit_code_lines("cbcan-sim");
     return start;
   }
-  for (const base::WrongWord& wrong : typed.wrong)
-    if (start.err.empty()) start.err = fmt::format("{}: {}", wrong.word, wrong.message);
-  if (start.err.empty()) start.err = put_options<RunConfig>(kRun, {}, typed, start.config);
-  if (start.err.empty()) start.err = put_words(kRun, typed.words, start.config);
+  start.err = put_all(kRun, typed, start.config);
   for (const base::Row& row : kRunRows)
     if (start.err.empty() && !start.config.explore && row.help.starts_with("--explore:") &&
         is_typed(typed, base::option_name(row.option)))

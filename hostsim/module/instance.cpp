@@ -12,6 +12,7 @@
 #include "config/command_line.hpp"
 #include "config/plant_file.hpp"
 #include "config/plant_settings.hpp"
+#include "descriptions/generators.hpp"
 #include "plant/control.hpp"
 #include "scenario/run.hpp"
 #include "scenario/scenario_writer.hpp"
@@ -172,14 +173,32 @@ Json Instance::start(const std::vector<std::string>& arguments, const std::strin
     words.push_back(argument.c_str());
   Json result;
   try {
-    const bool scenarios = !arguments.empty() && arguments.front() == "run";
-    result = scenarios ? start_scenarios(std::span(words).subspan(2)) : start_plant(words);
+    const std::string_view first = arguments.empty() ? "" : std::string_view(arguments.front());
+    if (first.starts_with("cbcan-"))
+      result = start_generator(std::span(words).subspan(1));
+    else
+      result = first == "run" ? start_scenarios(std::span(words).subspan(2)) : start_plant(words);
   } catch (const base::UsageError& error) {
     tell(message(error.what()));
     result = ended(base::ExitCode::kUsage);
   }
   Json needed = missing();
   return needed.is_null() ? result : needed;
+}
+
+/// Its output is text: that is all that a host gets.
+Json Instance::start_generator(std::span<const char* const> words) {
+  for (const std::string_view word : words)
+    if (word == "--binary") throw base::UsageError("--binary: is not in this build; use the header");
+  const descriptions::Generated made = descriptions::generate(words, read_);
+  for (const std::string& remark : made.remarks)
+    tell(remark + "\n");
+  say(made.out);
+  for (const auto& [path, content] : made.files) {
+    put(path, "", true);
+    put(path, content);
+  }
+  return ended(made.code);
 }
 
 // ---- A plant

@@ -48,8 +48,9 @@ class Instance final : private session::Host, private search::Host {
   /// nullopt = there is none. The content of a folder: the files named *.toml in it and below, one a line.
   void give(std::string name, bool is_folder, std::optional<std::string> content);
 
-  /// The arguments of a command line, without the program's name, the absolute path of the current folder,
-  /// and the environment. Returns what is missing, {"files", "folders"}; or
+  /// The arguments of a command line, without the program's name but with that of cbcan-eds or cbcan-network,
+  /// the absolute path of the current folder, and the environment. Returns what is missing, {"files",
+  /// "folders"}; or
   /// * {"exit"}: it has ended, with this code;
   /// * {"services"}: each has "name", "host" and "port" to listen at; "links": see join(); with "command",
   /// "manual" (the clock), "ready_to"
@@ -196,6 +197,7 @@ class Instance final : private session::Host, private search::Host {
 
   Json start_plant(const std::vector<const char*>& words);
   Json start_scenarios(std::span<const char* const> words);
+  Json start_generator(std::span<const char* const> words);
   config::Diagnostics not_here() const;
   void leave_files_alone(base::FileReader read);
   Json begin_search(const config::SearchConfig& options);

@@ -67,7 +67,6 @@ NOT_EXECUTED = {
     "python -m cbcan": "wheel_test.py does it",
     "tests/fuzz/run": "takes minutes; tools/test --long does it",
     "cmake --": "builds for minutes; tools/test does it",
-    "cmake -S examples/": "builds for minutes; tests/examples compiles the same sources",
     "ctest --preset": "runs this test",
     "sudo ": "installs; fresh_root_test.py does it in a Debian of its own",
     "podman ": "needs a container engine; fresh_root_test.py carries out the Containerfile",

@@ -89,7 +89,7 @@ def type_into_shell(document, script, program_dir, root):
     """The shell's output. Its child processes end with it."""
     with tempfile.TemporaryDirectory(dir=root and f"{root}/tmp") as folder:
         inside = ["chroot", root, "env", f"--chdir=/{os.path.relpath(folder, root)}"] if root else []
-        for name in ("plants", "tools", "docs", "scenarios", "examples", "firmware", "regmap"):
+        for name in ("plants", "tools", "docs", "scenarios", "examples", "firmware", "regmap", "hostsim"):
             (shutil.copytree if root else os.symlink)(ROOT / name, pathlib.Path(folder) / name)
         for block in page_blocks.blocks(document):
             if name := FILE.match(block.first):

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The master and the slave of examples/ on one bus, with the demo plant's pressure transducer; python-can observes.
+"""The master and the slave of examples/ on one bus, with the demo plant's pressure transducer; python-can observes. The bus is that of an SLCAN
+adapter, or the CAN interface that CBCAN_VCAN names.
 
 usage: examples_test.py CBCAN_SIM SLAVE MASTER
 """
 
+import os
 import subprocess
 
 import can
@@ -16,6 +18,7 @@ from simulator import LIMIT, Simulator, program_from_arguments, wait_until
 from tree import ROOT
 
 SIMULATOR, SLAVE, MASTER = program_from_arguments(3)
+VCAN = os.environ.get("CBCAN_VCAN")
 PLANT = f"""[module]
 enabled = false
 [[node]]
@@ -28,13 +31,17 @@ objects = [{{ index = 0x9130, sub = 1, value = 99021 }}]
 class Examples(cases.Case):
     def setUp(self):
         plant = self.write("plant.toml", PLANT)
-        self.where = Simulator(SIMULATOR, "--config", plant, "--slcan", "127.0.0.1:0", log=False, test=self).where["slcan"]
-        self.bus = can.Bus(interface="slcan", channel=f"socket://{self.where}", sleep_after_open=0)
+        if VCAN:
+            Simulator(SIMULATOR, "--config", plant, "--can", f"socketcan:{VCAN}", log=False, test=self)
+            self.words, self.bus = [VCAN], can.Bus(interface="socketcan", channel=VCAN)
+        else:
+            where = Simulator(SIMULATOR, "--config", plant, "--slcan", "127.0.0.1:0", log=False, test=self).where["slcan"]
+            self.words, self.bus = where.split(":"), can.Bus(interface="slcan", channel=f"socket://{where}", sleep_after_open=0)
+            self.assertEqual(self.bus.get_version(LIMIT), (10, 13))  # O is answered before
         self.addCleanup(self.bus.shutdown)
-        self.assertEqual(self.bus.get_version(LIMIT), (10, 13))  # O is answered before
 
     def start(self, program):
-        process = subprocess.Popen([program, *self.where.split(":")], stdout=subprocess.PIPE, text=True, preexec_fn=die_with_parent)
+        process = subprocess.Popen([program, *self.words], stdout=subprocess.PIPE, text=True, preexec_fn=die_with_parent)
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
@@ -77,7 +84,8 @@ class Examples(cases.Case):
 
     def test_without_a_bus_they_say_so(self):
         for program in (SLAVE, MASTER):
-            for arguments, code, text in (([], 2, f"usage: {program} HOST PORT\n"),
+            for arguments, code, text in (([], 2, f"usage: {program} INTERFACE | HOST PORT\n"),
+                                          (["none0"], 1, "none0: no such CAN interface; `ip link` lists them\n"),
                                           (["127.0.0.1", "1"], 1, "127.0.0.1 1: nothing listens there; start cbcan-sim --slcan 127.0.0.1:1\n")):
                 self.assertEqual(done(program, *arguments, code=code, timeout=LIMIT).stderr, text)
 

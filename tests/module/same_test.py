@@ -42,6 +42,20 @@ class Same(cases.Case):
                           ["run", "--explore", "scenarios/cancel.toml"], ["run", "--only", "66:response-never@1", "scenarios/cancel.toml"]):
             self.same(*arguments)
 
+    def test_headers_for_firmware(self):
+        for name, *words in (("cbcan-eds", "plants/demo/io_module.eds"), ("cbcan-eds", "--name", "1"), ("cbcan-eds", "nowhere.eds"), ("cbcan-eds", "--help"),
+                             ("cbcan-network", "plants/demo/network.toml"), ("cbcan-network", "--own-node", "0", "x"),
+                             ("cbcan-network", "--output", self.folder / "made.hpp", "--depfile", self.folder / "made.d", "plants/demo/network.toml")):
+            results = []
+            for program in (PROGRAM, NATIVE):
+                ended = said(pathlib.Path(program).with_name(name), *words)
+                results.append((ended, [path.read_bytes() for path in sorted(self.folder.glob("made.*"))]))
+            self.assertEqual(results[0], results[1], words)
+        self.assertEqual(results[0][0], (0, "", ""))
+        self.assertIn("plants/demo/io_module.eds", results[0][1][0].decode())
+        code, _, err = said(pathlib.Path(PROGRAM).with_name("cbcan-network"), "--binary", "plants/demo/network.toml")
+        self.assertEqual((code, err), (2, "cbcan-sim: --binary: is not in this build; use the header\n"))
+
     def test_a_number_is_accepted_by_both_or_neither(self):
         outcomes = {}
         for number in NUMBERS:

@@ -27,7 +27,7 @@ PRINTED = {
     "with_canopen": "4 bytes: 91 01 0F 00\n",
     "with_core": "result 0, node ID 5\n",
     "with_rtu": "register 100 is 7\n",
-    "with_slcan": "t00020142\n",
+    "with_station": "\n\n\nC\nS6\nO\nt705100\n",
     "with_window": "cbcan pressure transducer\n",
     "with_cia405": "cbcan pressure transducer\n",
     "with_sim": "result 4, abort code 05040000h after 1000 ms\n",

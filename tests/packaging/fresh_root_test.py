@@ -94,14 +94,15 @@ class FreshRoot(cases.Case):
         print(f"figure: the CI job from the package to its results in a fresh Debian: {seconds:.1f} s")
 
     def test_5_libraries(self):
-        shutil.copy(next(self.packages.glob("libcbcan-dev_*.deb")), self.root / "tmp")
+        for package in self.packages.glob("*.deb"):
+            shutil.copy(package, self.root / "tmp")
         self.chroot("""apt-get update -qq
-            apt-get install -y -qq --no-install-recommends /tmp/libcbcan-dev_*.deb g++ cmake ninja-build pkg-config libmodbus-dev libfmt-dev libtomlplusplus-dev liblua5.4-dev
+            apt-get install -y -qq --no-install-recommends /tmp/cbcan_*.deb /tmp/libcbcan-dev_*.deb g++ cmake ninja-build pkg-config libmodbus-dev libfmt-dev libtomlplusplus-dev liblua5.4-dev
             cmake -S /usr/share/doc/libcbcan-dev/examples/consumer -B /tmp/consumer -G Ninja
             cmake --build /tmp/consumer
             [[ $(/tmp/consumer/with_canopen) == "4 bytes: 91 01 0F 00" ]]
             c++ /usr/share/doc/libcbcan-dev/examples/read_name.cpp $(pkg-config --cflags --libs cbcan-cia405) -o /tmp/read_name""")
-        self.purge("libcbcan-dev")
+        self.purge("cbcan libcbcan-dev")
 
 
 def serve(packages):

@@ -30,7 +30,7 @@ class Package(cases.Case):
         cls.root = folder / "root"
         for path in cls.packages.values():
             run("dpkg-deb", "-x", path, cls.root)
-        cls.programs = {name: cls.root / "usr/bin" / name for name in ("cbcan-sim", "cbcan-st", "cbcanctl")}
+        cls.programs = {name: cls.root / "usr/bin" / name for name in ("cbcan-eds", "cbcan-network", "cbcan-sim", "cbcan-st", "cbcanctl")}
 
     def contents(self, package):
         return set(re.findall(r"\./(\S*[^/\s])(?= ->|$)", run("dpkg-deb", "-c", self.packages[package]), re.MULTILINE))
@@ -39,17 +39,16 @@ class Package(cases.Case):
         self.assertEqual(set(self.packages), {"cbcan", "libcbcan-dev"})
         print(*(f"figure: {name}: {path.stat().st_size / 1024:.0f} KiB" for name, path in sorted(self.packages.items())), sep="\n")
         programs = self.contents("cbcan")
-        for name in ("bin/cbcan-sim", "bin/cbcan-st", "bin/cbcanctl", "share/cbcan/plants/demo/plant.toml", "share/cbcan/st/cia405.st", "share/cbcan/st/axis.st",
+        for name in (*(f"bin/{name}" for name in self.programs), *(f"share/man/man1/{name}.1.gz" for name in self.programs),
+                     "share/cbcan/plants/demo/plant.toml", "share/cbcan/st/cia405.st", "share/cbcan/st/axis.st",
                      "share/cbcan/python/cbcan_plant.py", "lib/python3/dist-packages/cbcan_plant.py", "lib/python3/dist-packages/cbcan_st",
-                     "share/cbcan/python/cbcan_st/exchange.py", "share/cbcan/st/machine/compiler.py", "share/man/man1/cbcan-sim.1.gz",
-                     "share/man/man1/cbcan-st.1.gz",
-                     "share/man/man1/cbcanctl.1.gz", "share/man/man5/cbcan-plant.5.gz", "share/bash-completion/completions/cbcan-sim",
+                     "share/cbcan/python/cbcan_st/exchange.py", "share/cbcan/st/machine/compiler.py", "share/man/man5/cbcan-plant.5.gz", "share/bash-completion/completions/cbcan-sim",
                      "share/bash-completion/completions/cbcanctl", "lib/systemd/system/cbcan-sim@.service",
                      "share/doc/cbcan/docs/reference/plant-file.md", "share/doc/cbcan/registers.csv", "share/doc/cbcan/registers.json",
                      "share/doc/cbcan/copyright"):
             self.assertIn(f"usr/{name}", programs)
         libraries = self.contents("libcbcan-dev")
-        for name in ("lib/libcbcan_core.a", "lib/cmake/cbcan/cbcan-config.cmake", "lib/pkgconfig/cbcan-cia405.pc", "include/cbcan/regmap.h",
+        for name in ("lib/libcbcan_core.a", "lib/cmake/cbcan/cbcan-config.cmake", "include/cbcan/station/boards/common/station.hpp", "lib/pkgconfig/cbcan-cia405.pc", "include/cbcan/regmap.h",
                      "include/cbcan/cia405.hpp", "include/cbcan/window.hpp", "share/doc/libcbcan-dev/copyright"):
             self.assertIn(f"usr/{name}", libraries)
         # The public headers are all below cbcan/.

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: MIT
 """The library in PlatformIO, Zephyr and Arduino; and the example of docs/how-to/port.md.
 
+usage: packaging_test.py CBCAN_EDS
+
 None of these build systems is installed; each test does with the Cortex-M3 compiler what the build system does with the
 manifest: its sources, its include paths and no others."""
 
@@ -13,14 +15,52 @@ import shutil
 
 import cases
 from done import done, output as run
+from simulator import program_from_arguments
 from tree import ROOT
 
+CBCAN_EDS = program_from_arguments()
 PORTING = (ROOT / "docs/how-to/port.md").read_text()
 EXAMPLE = ROOT / "examples/minimal_port.cpp"
 COMPILER = ["arm-none-eabi-g++", "-mcpu=cortex-m3", "-mthumb", "-fno-exceptions", "-fno-rtti", "-fno-threadsafe-statics", "-Os",
             "-Wall", "-Wextra", "-Werror", "-Wno-psabi"]
 
 
+ARDUINO_H = """#pragma once
+#include <stddef.h>
+#include <stdint.h>
+#define HIGH 1
+#define LOW 0
+#define INPUT 0
+#define OUTPUT 1
+#define DEFAULT 1
+#define SERIAL 0
+#define PI 3.14
+#define bit(b) (1UL << (b))
+#define lowByte(w) ((uint8_t)((w) & 0xff))
+#define sq(x) ((x) * (x))
+#define constrain(x, low, high) ((x) < (low) ? (low) : (x))
+#define word(...) makeWord(__VA_ARGS__)
+typedef uint8_t byte;
+unsigned long micros();
+void interrupts();
+void noInterrupts();
+void pinMode(int pin, int mode);
+void digitalWrite(int pin, int level);
+"""
+SPI_H = """#pragma once
+enum BitOrder { LSBFIRST, MSBFIRST };
+enum SPIMode { SPI_MODE0 };
+struct SPISettings { SPISettings(uint32_t clock, BitOrder, SPIMode); };
+struct HardwareSPI { void begin(); void beginTransaction(SPISettings); void endTransaction(); void transfer(void* bytes, size_t count); };
+extern HardwareSPI SPI;
+"""
+FLASH_H = """#pragma once
+#define FLASH_PAGE_SIZE (1u << 8)
+#define FLASH_SECTOR_SIZE (1u << 12)
+#define XIP_BASE 0x10000000
+extern "C" void flash_range_erase(uint32_t offset, size_t count);
+extern "C" void flash_range_program(uint32_t offset, const uint8_t* data, size_t count);
+"""
 PROFILE = ROOT / "firmware/boards/profiles/process_data"
 
 
@@ -36,8 +76,9 @@ def configurations(files):
 
 
 def library_sources():
-    """All files of a library, relative to firmware/."""
-    return sorted(str(path.relative_to(ROOT / "firmware")) for path in (ROOT / "firmware/cbcan").rglob("*.cpp"))
+    """All files of a library, relative to firmware/: the stack, and cbcan::station."""
+    of_station = re.search(r"cbcan_station station\s+(.*?)\s+LIBS", (ROOT / "firmware/CMakeLists.txt").read_text(), re.DOTALL)[1].split()
+    return sorted([*of_station, *(str(path.relative_to(ROOT / "firmware")) for path in (ROOT / "firmware/cbcan").rglob("*.cpp"))])
 
 
 def version():
@@ -107,6 +148,28 @@ class Packaging(cases.Case):
         self.assertFalse((self.folder / "wrong").exists())
         own = pathlib.Path(run(ROOT / "tools/dev/arduino-library", "own", os.path.relpath(PROFILE, self.folder), cwd=self.folder).strip())
         self.assertEqual((own / "src/cbcan/configuration.hpp").read_text(), (PROFILE / "cbcan/configuration.hpp").read_text())
+
+    def test_arduino_sketch(self):
+        """The sketch with the names and macros of Arduino's headers that it and the library meet. The core itself is in no distribution."""
+        library = pathlib.Path(run(ROOT / "tools/dev/arduino-library", self.folder).strip())
+        sketch = library / "examples/slave"
+        made = re.search(r"//   cbcan-eds (.*)", (sketch / "slave.ino").read_text())[1]
+        run(CBCAN_EDS, *made.split(), cwd=sketch)
+        (sketch / "hardware").mkdir()
+        (sketch / "hardware/flash.h").write_text(FLASH_H)
+        (sketch / "Arduino.h").write_text(ARDUINO_H)
+        (sketch / "SPI.h").write_text(SPI_H)
+        (sketch / "sketch.cpp").write_text(f"#include <Arduino.h>\n{(sketch / 'slave.ino').read_text()}")
+        flags = ["-mcpu=cortex-m0plus", "-std=gnu++17", "-std=gnu++20", f"-I{library}/src", f"-I{sketch}"]
+        run(*COMPILER, *flags, "-c", sketch / "sketch.cpp", "-o", self.folder / "sketch.o")
+        self.assertIn("T setup", run("arm-none-eabi-nm", "-C", self.folder / "sketch.o"))
+
+    def test_a_store_needs_no_coprocessor(self):
+        for name in ("parameter_store", "record_log"):
+            run(*COMPILER, "-std=c++20", f"-I{ROOT}/firmware", f"-I{ROOT}/regmap/include", "-c", ROOT / f"firmware/boards/common/{name}.cpp", "-o",
+                self.folder / "store.o")
+            needed = run("arm-none-eabi-nm", "-uC", self.folder / "store.o")
+            self.assertEqual([symbol for symbol in re.findall(r"U (\S+)", needed) if re.search("Coprocessor|local::|regmap", symbol)], [], name)
 
     def test_riscv(self):
         """What the Modbus server needs on a RV32 without compare-and-swap of a byte is in the file that its page names."""

@@ -77,6 +77,8 @@ class Wheel(cases.Case):
         plc = ("cia405.st", "scanner.st", "openplc.st", "example.st", "configuration.st")
         run(self.bin / "cbcan-sim", "--demo", "--clock", "manual", "--", self.bin / "cbcan-st", *plc, "--scans", "5", cwd=self.folder)
         self.assertEqual(run(self.bin / "cbcanctl", "--version"), run(BUILD / "bin/cbcanctl", "--version"))
+        for name in ("cbcan-eds", "cbcan-network"):
+            self.assertEqual(run(self.bin / name, "--help"), run(BUILD / "bin" / name, "--help"))
 
     def test_fixtures_without_conftest(self):
         self.write("test_it.py", TEST)
@@ -116,8 +118,8 @@ class Wheel(cases.Case):
         self.assertEqual({name.partition(info.removesuffix("dist-info"))[2] or name for name in names}, {
             "cbcan/__init__.py", "cbcan/__main__.py", "cbcan_plant/__init__.py", "cbcan_plant/py.typed", "cbcan_st/py.typed",
             *(f"{name}/{path.name}" for name, files in (("cbcan_st", "python/cbcan_st/*.*"), ("cbcan_st", "st/*.st"), ("cbcan_st/machine", "st/machine/*.*"))
-              for path in (ROOT / "tools").glob(files)), "data/scripts/cbcan-sim",
-            "data/scripts/cbcanctl", *(f"dist-info/{name}" for name in ("LICENSE", "METADATA", "WHEEL", "entry_points.txt", "RECORD"))})
+              for path in (ROOT / "tools").glob(files)), *(f"data/scripts/{name}" for name in ("cbcan-sim", "cbcanctl", "cbcan-eds", "cbcan-network")),
+            *(f"dist-info/{name}" for name in ("LICENSE", "METADATA", "WHEEL", "entry_points.txt", "RECORD"))})
 
 
 class Source(cases.Case):

@@ -7,8 +7,6 @@
 #include "cbcan/canopen/dictionary/objects.hpp"
 #include "cbcan/canopen/lss_slave.hpp"
 #include "cbcan/canopen/manager/network_objects.hpp"
-#include "cbcan/coprocessor/local_objects.hpp"
-#include "cbcan/regmap.hpp"
 
 namespace cbcan::boards {
 
@@ -33,23 +31,6 @@ bool is_parameter(const ObjectEntry& entry) {
          !NetworkObjects::is_network(entry.index);
 }
 
-struct OfCoprocessor final : PowerOnValues {
-  bool is_power_on(const ObjectDictionary& objects, const ObjectEntry& entry, std::uint8_t sub,
-                   Bytes bytes) const override {
-    const std::uint64_t number = load_little_endian(bytes);
-    if (entry.index == object::kConsumerHeartbeatTime) return number == 0;
-    if (entry.index == object::kEmergencyCobId) {  // follows the node ID, which may differ next time
-      std::array<std::uint8_t, 1> node;
-      std::size_t size = 0;
-      objects.read(local::kOwnNodeId, 0, node, size, 0);
-      return number == 0x80u + node[0];
-    }
-    return !entry.has(ObjectFlags::kComputed) &&
-           local::is_power_on(ObjectDictionary::first_bit(entry, sub) / 8, bytes);
-  }
-};
-constexpr OfCoprocessor kOfCoprocessor;
-
 }  // namespace
 
 struct ParameterStore::Value {
@@ -69,15 +50,6 @@ bool ParameterStore::take(Bytes& rest, Value& value) {
   rest = rest.subspan(kHeadBytes + rest[3]);
   return true;
 }
-
-ParameterStore::ParameterStore(Flash& flash, Words settings, Valid valid)
-    : log_(flash),
-      settings_(settings),
-      valid_(valid),
-      address_(settings.size() == regmap::kBoardWords
-                   ? settings.subspan(regmap::kBoardBitRate - regmap::kBoardFirst, kAddressWords)
-                   : std::span<std::uint16_t>()),
-      power_on_(kOfCoprocessor) {}
 
 void ParameterStore::start(bool leave_aside) {
   log_.start();
