@@ -46,6 +46,7 @@ constexpr std::uint32_t kMpuOnWithDefaultMap = 5;
 constexpr std::uint32_t kMpuRegionBase = 0xD9C;
 constexpr std::uint32_t kRegionValid = 1u << 4;
 constexpr std::uint32_t kMpuRegionAttributes = 0xDA0;
+constexpr std::uint32_t kNoAccess = 0, kReadOnly = 6u << 24;
 #ifdef __ARM_ARCH_6M__
 constexpr std::uint32_t kLeastRegionLog2 = 8;
 #else
@@ -61,10 +62,10 @@ void paint_stack() {
     *word = kPaint;
 }
 
-/// No access to 2^`log2` bytes at `address`, a multiple of that (B3.5.8, B3.5.9).
-void protect(std::uint32_t region, std::uintptr_t address, std::uint32_t log2) {
+/// Limits access to 2^`log2` bytes at `address`, a multiple of that (B3.5.8, B3.5.9).
+void protect(std::uint32_t region, std::uintptr_t address, std::uint32_t log2, std::uint32_t access) {
   kSystem.write(kMpuRegionBase, static_cast<std::uint32_t>(address) | kRegionValid | region);
-  kSystem.write(kMpuRegionAttributes, (log2 - 1) << 1 | 1);
+  kSystem.write(kMpuRegionAttributes, access | (log2 - 1) << 1 | 1);
 }
 
 /// Makes null pointers, stack overflow and division by zero fault.
@@ -72,8 +73,8 @@ void enable_traps() {
   constexpr std::uint32_t kGuardLog2 = 10;  // more than any function's frame: -Wstack-usage
   kSystem.write(kHandlerControl, kMemoryBusUsageFaults);
   modify(kSystem, kConfiguration, 0, kTrapDivisionByZero);
-  protect(0, 0, kLeastRegionLog2);
-  protect(1, reinterpret_cast<std::uintptr_t>(stack_begin) - (1u << kGuardLog2), kGuardLog2);
+  protect(0, 0, kLeastRegionLog2, kNoAccess);
+  protect(1, reinterpret_cast<std::uintptr_t>(stack_begin) - (1u << kGuardLog2), kGuardLog2, kNoAccess);
   kSystem.write(kMpuControl, kMpuOnWithDefaultMap);
   asm volatile("dsb\n\tisb" ::: "memory");
 }
@@ -137,6 +138,11 @@ void start_program(std::uintptr_t address) {
   kSystem.write(kVectorTable, static_cast<std::uint32_t>(address));
   asm volatile("dsb\n\tisb\n\tldmia %0, {r0, r1}\n\tmsr msp, r0\n\tbx r1" ::"r"(address) : "r0", "r1");
   __builtin_unreachable();
+}
+
+void allow_vector_reads() {
+  protect(0, 0, kLeastRegionLog2, kReadOnly);
+  asm volatile("dsb\n\tisb" ::: "memory");
 }
 
 void enable_interrupt(std::size_t number) {
