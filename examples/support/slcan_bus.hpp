@@ -51,15 +51,14 @@ class SlcanBus {
   /// Sends what is queued, and waits for characters or until `due`. Ends the program when the adapter is
   /// closed.
   void wait_until(cbcan::Time due) {
-    constexpr cbcan::Time kLongest = cbcan::kSecond;
     const cbcan::Time at = now();
-    due = std::min({due, port_.poll(at), at + kLongest});
+    due = std::min(due, port_.poll(at));
     std::string out;
     for (char c; port_.next_char(c);)
       out += c;
     if (!out.empty() && ::send(socket_, out.data(), out.size(), MSG_NOSIGNAL) < 0) std::exit(0);
     pollfd readable{socket_, POLLIN, 0};
-    if (::poll(&readable, 1, due <= at ? 0 : static_cast<int>((due - at + 999) / 1000)) <= 0) return;
+    if (::poll(&readable, 1, static_cast<int>(cbcan::milliseconds_until(due, at, 1000))) <= 0) return;
     char in[256];
     const ssize_t count = ::recv(socket_, in, sizeof in, 0);
     if (count <= 0) std::exit(0);
