@@ -37,6 +37,17 @@ class Mcp2515 final : public CanPort {
   /// Longer than the start of the controller's oscillator, and than 11 bits at 10 kbit/s.
   static constexpr Time kGiveUpAfter = 200 * kMillisecond;
 
+  using Cnf = std::array<std::uint8_t, 3>;  ///< CNF3, CNF2, CNF1, as their addresses are
+  static constexpr std::optional<Cnf> cnf_of(std::uint32_t crystal, std::uint32_t bit_rate) {
+    constexpr std::uint32_t kMostPrescaler = 64, kLeastSegment2 = 2;
+    const auto timing = bit_timing(crystal / 2, bit_rate, kMostPrescaler, kLeastSegment2);
+    if (!timing) return {};
+    const std::uint32_t phase1 = timing->segment1 / 2, propagation = timing->segment1 - phase1;
+    const std::uint32_t jump = std::min(timing->jump_width(), timing->segment2 - 1);
+    return Cnf{byte(timing->segment2 - 1), byte(kPhase2ByCnf3 | (phase1 - 1) << 3 | (propagation - 1)),
+               byte((jump - 1) << 6 | (timing->prescaler - 1))};
+  }
+
   explicit Mcp2515(Spi spi) : spi_(spi) {}
   Mcp2515(const Mcp2515&) = delete;
   Mcp2515& operator=(const Mcp2515&) = delete;
@@ -45,13 +56,9 @@ class Mcp2515 final : public CanPort {
   /// poll() does the rest. False, and nothing else may be called: the crystal does not give this bit rate; 8
   /// MHz give up to 500 kbit/s.
   bool init(std::uint32_t crystal, std::uint32_t bit_rate, Time now) {
-    constexpr std::uint32_t kMostPrescaler = 64, kLeastSegment2 = 2;
-    const auto timing = bit_timing(crystal / 2, bit_rate, kMostPrescaler, kLeastSegment2);
-    if (!timing) return false;
-    const std::uint32_t phase1 = timing->segment1 / 2, propagation = timing->segment1 - phase1;
-    const std::uint32_t jump = std::min(timing->jump_width(), timing->segment2 - 1);
-    cnf_ = {byte(timing->segment2 - 1), byte(kPhase2ByCnf3 | (phase1 - 1) << 3 | (propagation - 1)),
-            byte((jump - 1) << 6 | (timing->prescaler - 1))};
+    const auto cnf = cnf_of(crystal, bit_rate);
+    if (!cnf) return false;
+    cnf_ = *cnf;
     reset(now);
     return true;
   }
@@ -230,7 +237,7 @@ class Mcp2515 final : public CanPort {
   }
 
   Spi spi_;
-  Bytes<3> cnf_{};  ///< CNF3, CNF2, CNF1, as their addresses are
+  Cnf cnf_{};
   CanCounters counters_;
   Time pending_since_ = kNever;  ///< kNever: accepted after the last poll()
   Time overflow_until_ = 0;
