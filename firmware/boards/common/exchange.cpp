@@ -38,12 +38,8 @@ bool exchange(volatile Word& word, Word& expected, Word value) {
 }  // namespace
 
 // The compiler declares these names differently, hence asm labels.
-extern "C" {
-bool exchange_1(volatile std::uint8_t& word, std::uint8_t& expected,
-                std::uint8_t value) asm("__atomic_compare_exchange_1");
-bool exchange_2(volatile std::uint16_t& word, std::uint16_t& expected,
-                std::uint16_t value) asm("__atomic_compare_exchange_2");
-}
+bool exchange_1(volatile std::uint8_t&, std::uint8_t&, std::uint8_t) asm("__atomic_compare_exchange_1");
+bool exchange_2(volatile std::uint16_t&, std::uint16_t&, std::uint16_t) asm("__atomic_compare_exchange_2");
 
 [[gnu::used]] bool exchange_1(volatile std::uint8_t& word, std::uint8_t& expected, std::uint8_t value) {
   return exchange(word, expected, value);

@@ -5,13 +5,6 @@ namespace cbcan::boards::mps2 {
 
 namespace {
 
-// Interrupt numbers (AN385, 3.5).
-constexpr std::size_t kModbusReceive = 0;
-constexpr std::size_t kModbusTransmit = 1;
-constexpr std::size_t kAdapterReceive = 2;
-constexpr std::size_t kAdapterTransmit = 3;
-constexpr std::size_t kTimer = 10;
-
 // The first APB dual timer (4.5), a one-shot. (Not an APB timer: in QEMU with -icount sleep=off, its
 // interrupt comes late when it has a reload value.)
 constexpr Mmio kDualTimer{0x40002000};
@@ -31,8 +24,7 @@ constexpr std::uint32_t kWatchdogNote = 0x52535421;
 }  // namespace
 
 regmap::ResetCause take_reset_cause() {
-  const bool was_watchdog = note == kWatchdogNote;
-  note = 0;
+  const bool was_watchdog = std::exchange(note, 0) == kWatchdogNote;
   return was_watchdog ? regmap::ResetCause::kWatchdog : regmap::ResetCause::kPowerOn;
 }
 

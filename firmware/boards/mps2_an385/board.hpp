@@ -21,6 +21,11 @@ namespace cbcan::boards::mps2 {
 
 inline constexpr std::uint32_t kSystemClock = 25'000'000;  ///< Hz
 
+// Interrupt numbers (AN385, 3.5).
+inline constexpr std::size_t kModbusReceive = 0, kModbusTransmit = 1, kAdapterReceive = 2,
+                             kAdapterTransmit = 3;
+inline constexpr std::size_t kTimer = 10;
+
 /// Why the board was reset. It has no register for this, so the watchdog leaves a note in memory; without a
 /// note it was power on. Clears the note.
 regmap::ResetCause take_reset_cause();
@@ -81,8 +86,7 @@ class Uart {
 class Board final : public Hardware {
  public:
   struct Settings {
-    std::uint32_t modbus_baud;
-    std::uint32_t adapter_baud;
+    std::uint32_t modbus_baud, adapter_baud;
     std::uint16_t can_kbit_per_second;  ///< one of slcan::kBitRates
   };
 
@@ -135,14 +139,13 @@ constexpr Vectors vectors_of() {
   Vectors vectors;
   vectors.nmi = on_watchdog;
   vectors.interrupts.fill(fault_handler);
-  // Numbers: AN385, 3.5.
   if constexpr (kHasModbus) {
-    vectors.interrupts[0] = [] { kBoard.on_modbus_received(); };
-    vectors.interrupts[1] = [] { kBoard.on_modbus_sent(); };
+    vectors.interrupts[kModbusReceive] = [] { kBoard.on_modbus_received(); };
+    vectors.interrupts[kModbusTransmit] = [] { kBoard.on_modbus_sent(); };
   }
-  vectors.interrupts[2] = [] { kBoard.on_adapter_received(); };
-  vectors.interrupts[3] = [] { kBoard.on_adapter_sent(); };
-  vectors.interrupts[10] = [] { kBoard.on_timer(); };
+  vectors.interrupts[kAdapterReceive] = [] { kBoard.on_adapter_received(); };
+  vectors.interrupts[kAdapterTransmit] = [] { kBoard.on_adapter_sent(); };
+  vectors.interrupts[kTimer] = [] { kBoard.on_timer(); };
   return vectors;
 }
 

@@ -15,7 +15,7 @@ TaskFunction_t entry;
 
 [[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors = [] {
   auto table = mps2::vectors_of<board, false>();
-  table.interrupts[2] = [] {
+  table.interrupts[mps2::kAdapterReceive] = [] {
     board.on_adapter_received();
     task.notify();
   };
