@@ -50,16 +50,17 @@ class CanBus final : private cbcan::CanPort {
 
   /// Sends what is queued, and waits for frames or until `due`. Ends the program when the adapter is closed.
   void wait_until(cbcan::Time due) {
-    constexpr cbcan::Time kLongest = 10 * cbcan::kMillisecond;  // then a full interface may have room
+    constexpr std::uint32_t kLongestMs = 10;  // then a full interface may have room
     const cbcan::Time at = now();
-    due = std::min({due, is_interface_ ? cbcan::kNever : adapter_.poll(at), at + kLongest});
+    if (!is_interface_) due = std::min(due, adapter_.poll(at));
     std::string out;
     for (char c; adapter_.next_char(c);)
       out += c;
     if (!out.empty() && ::send(socket_, out.data(), out.size(), MSG_NOSIGNAL) < 0) std::exit(0);
     pollfd readable{socket_, POLLIN, 0};
-    const int ms = due <= at ? 0 : static_cast<int>((due - at + 999) / 1000);
-    if (::poll(&readable, 1, ms) <= 0 || is_interface_) return;
+    if (::poll(&readable, 1, static_cast<int>(cbcan::milliseconds_until(due, at, kLongestMs))) <= 0 ||
+        is_interface_)
+      return;
     char in[256];
     const ssize_t count = ::recv(socket_, in, sizeof in, 0);
     if (count <= 0) std::exit(0);

@@ -134,6 +134,19 @@ void mark_asked(DictionaryImage& image) {
   }
 }
 
+/// Further SDO servers are off, and stay so; limits are for what clients write.
+void leave_out_unwritable(DictionaryImage& image) {
+  for (ObjectEntry& entry : image.entries) {
+    if (is_further_server(entry.index)) entry.flags &= static_cast<std::uint16_t>(~ObjectFlags::kWrite);
+    if (!entry.has(ObjectFlags::kWrite)) entry.flags &= static_cast<std::uint16_t>(~ObjectFlags::kLimited);
+  }
+  std::erase_if(image.limits, [&](const ObjectLimits& row) {
+    return std::ranges::none_of(image.entries, [&](const ObjectEntry& entry) {
+      return entry.holds(row.index, row.sub) && entry.has(ObjectFlags::kLimited);
+    });
+  });
+}
+
 std::span<const std::uint8_t> bytes_at(std::size_t place, const EntryRow& row, const DictionaryImage& image) {
   return std::span(image.values).subspan(place, row.entry.stride());
 }
@@ -424,6 +437,7 @@ std::string sizes_of(const FirmwareDictionary& made) {
 
 FirmwareDictionary firmware_dictionary(DictionaryImage image) {
   image = prepared(std::move(image));
+  leave_out_unwritable(image);
   mark_mapped(image.entries, ObjectDictionary(image.entries, image.values, nullptr));
   mark_asked(image);
   FirmwareDictionary made = laid_out(fold(image), image);

@@ -153,14 +153,7 @@ DictionaryImage prepared(DictionaryImage image) {
     if (is_command && entry.first_sub != 0) entry.flags |= ObjectFlags::kComputed;
     if (is_command || entry.index == object::kErrorHistory) entry.flags |= ObjectFlags::kSetPoint;
     if (programs && entry.first_sub != 0) prepare_program(entry);
-    if (is_further_server(entry.index)) entry.flags &= static_cast<std::uint16_t>(~ObjectFlags::kWrite);
-    if (!entry.has(ObjectFlags::kWrite)) entry.flags &= static_cast<std::uint16_t>(~ObjectFlags::kLimited);
   }
-  std::erase_if(image.limits, [&](const ObjectLimits& row) {
-    return std::ranges::none_of(image.entries, [&](const ObjectEntry& entry) {
-      return entry.holds(row.index, row.sub) && entry.has(ObjectFlags::kLimited);
-    });
-  });
   return image;
 }
 

@@ -38,6 +38,7 @@ int main() { return 0; }' "${lean[@]}"
 image "printf" 'stdio: ' '#include <stdio.h>
 int main() { printf("%d", 3); return 0; }' "${lean[@]}"
 image "throw" 'unwinder: ' 'int main() { throw 1; }'
+image "a division of times" '64-bit division: ' 'volatile unsigned long long time; int main() { return time / 1000; }' "${lean[@]}"
 image "more RAM than there is" 'region .RAM. overflowed' 'volatile char bytes[11300]; int main() { bytes[1] = 1; return 0; }' "${lean[@]}"
 image "more flash than there is" 'region .FLASH. overflowed' 'extern const char bytes[32100]; const char bytes[32100] = {1};
 int main(int count, char**) { return bytes[count]; }' "${lean[@]}"

@@ -41,6 +41,9 @@ class Mps2(cases.Case):
         pc = self.check_fault("null-read", 4, 0x82, 4)  # MMARVALID, DACCVIOL
         self.assertTrue(0x40 <= pc < 24 * 1024, hex(pc))
 
+    def test_a_program_may_read_its_vectors_and_a_write_there_faults(self):
+        self.check_fault("vectors", 4, 0x82, 4)
+
     def test_an_address_where_nothing_is_faults(self):
         self.check_fault("unmapped", 5, 0x8200, 0x60000000)  # BFARVALID, PRECISERR
 

@@ -23,34 +23,20 @@ namespace cbcan::boards {
 
 namespace {
 
-// System control space (B3.2).
+// System control space (B3.2): registers, and bits of them.
 constexpr Mmio kSystem{0xE000E000};
-constexpr std::uint32_t kInterruptEnable = 0x100;
-constexpr std::uint32_t kInterruptPend = 0x200;
-constexpr std::uint32_t kInterruptPriority = 0x400;
-constexpr std::uint32_t kInterruptState = 0xD04;  // ICSR
-constexpr std::uint32_t kVectorTable = 0xD08;     // VTOR
-constexpr std::uint32_t kResetControl = 0xD0C;    // AIRCR
-constexpr std::uint32_t kResetRequest = 0x05FA0004;
-constexpr std::uint32_t kConfiguration = 0xD14;  // CCR
-constexpr std::uint32_t kTrapDivisionByZero = 1u << 4;
-constexpr std::uint32_t kHandlerControl = 0xD24;  // SHCSR
-constexpr std::uint32_t kMemoryBusUsageFaults = 7u << 16;
-constexpr std::uint32_t kFaultStatus = 0xD28;  // CFSR
-constexpr std::uint32_t kMemoryAddressValid = 1u << 7;
-constexpr std::uint32_t kBusAddressValid = 1u << 15;
-constexpr std::uint32_t kMemoryFaultAddress = 0xD34;  // MMFAR
-constexpr std::uint32_t kBusFaultAddress = 0xD38;     // BFAR
-constexpr std::uint32_t kMpuControl = 0xD94;
-constexpr std::uint32_t kMpuOnWithDefaultMap = 5;
-constexpr std::uint32_t kMpuRegionBase = 0xD9C;
-constexpr std::uint32_t kRegionValid = 1u << 4;
-constexpr std::uint32_t kMpuRegionAttributes = 0xDA0;
-#ifdef __ARM_ARCH_6M__
-constexpr std::uint32_t kLeastRegionLog2 = 8;
-#else
-constexpr std::uint32_t kLeastRegionLog2 = 5;
-#endif
+constexpr std::uint32_t kInterruptEnable = 0x100, kInterruptPend = 0x200, kInterruptPriority = 0x400;
+constexpr std::uint32_t kInterruptState = 0xD04, kVectorTable = 0xD08;              // ICSR, VTOR
+constexpr std::uint32_t kResetControl = 0xD0C, kResetRequest = 0x05FA0004;          // AIRCR
+constexpr std::uint32_t kConfiguration = 0xD14, kTrapDivisionByZero = 1u << 4;      // CCR
+constexpr std::uint32_t kHandlerControl = 0xD24, kMemoryBusUsageFaults = 7u << 16;  // SHCSR
+constexpr std::uint32_t kFaultStatus = 0xD28, kMemoryAddressValid = 1u << 7,
+                        kBusAddressValid = 1u << 15;                            // CFSR
+constexpr std::uint32_t kMemoryFaultAddress = 0xD34, kBusFaultAddress = 0xD38;  // MMFAR, BFAR
+constexpr std::uint32_t kMpuControl = 0xD94, kMpuOnWithDefaultMap = 5;
+constexpr std::uint32_t kMpuRegionBase = 0xD9C, kRegionValid = 1u << 4, kMpuRegionAttributes = 0xDA0;
+constexpr std::uint32_t kNoAccess = 0, kReadOnly = 6u << 24;
+constexpr std::uint32_t kLeastRegionLog2 = __ARM_ARCH == 6 ? 8 : 5;
 
 constexpr std::uint32_t kPaint = 0xDEADBEEF;
 
@@ -61,10 +47,10 @@ void paint_stack() {
     *word = kPaint;
 }
 
-/// No access to 2^`log2` bytes at `address`, a multiple of that (B3.5.8, B3.5.9).
-void protect(std::uint32_t region, std::uintptr_t address, std::uint32_t log2) {
+/// Limits access to 2^`log2` bytes at `address`, a multiple of that (B3.5.8, B3.5.9).
+void protect(std::uint32_t region, std::uintptr_t address, std::uint32_t log2, std::uint32_t access) {
   kSystem.write(kMpuRegionBase, static_cast<std::uint32_t>(address) | kRegionValid | region);
-  kSystem.write(kMpuRegionAttributes, (log2 - 1) << 1 | 1);
+  kSystem.write(kMpuRegionAttributes, access | (log2 - 1) << 1 | 1);
 }
 
 /// Makes null pointers, stack overflow and division by zero fault.
@@ -72,8 +58,8 @@ void enable_traps() {
   constexpr std::uint32_t kGuardLog2 = 10;  // more than any function's frame: -Wstack-usage
   kSystem.write(kHandlerControl, kMemoryBusUsageFaults);
   modify(kSystem, kConfiguration, 0, kTrapDivisionByZero);
-  protect(0, 0, kLeastRegionLog2);
-  protect(1, reinterpret_cast<std::uintptr_t>(stack_begin) - (1u << kGuardLog2), kGuardLog2);
+  protect(0, 0, kLeastRegionLog2, kNoAccess);
+  protect(1, reinterpret_cast<std::uintptr_t>(stack_begin) - (1u << kGuardLog2), kGuardLog2, kNoAccess);
   kSystem.write(kMpuControl, kMpuOnWithDefaultMap);
   asm volatile("dsb\n\tisb" ::: "memory");
 }
@@ -137,6 +123,11 @@ void start_program(std::uintptr_t address) {
   kSystem.write(kVectorTable, static_cast<std::uint32_t>(address));
   asm volatile("dsb\n\tisb\n\tldmia %0, {r0, r1}\n\tmsr msp, r0\n\tbx r1" ::"r"(address) : "r0", "r1");
   __builtin_unreachable();
+}
+
+void allow_vector_reads() {
+  protect(0, 0, kLeastRegionLog2, kReadOnly);
+  asm volatile("dsb\n\tisb" ::: "memory");
 }
 
 void enable_interrupt(std::size_t number) {

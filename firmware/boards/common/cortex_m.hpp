@@ -70,6 +70,10 @@ std::size_t stack_high_water();
 /// as a reset does. No interrupt may be enabled.
 [[noreturn]] void start_program(std::uintptr_t address);
 
+/// For an RTOS that reads its first stack pointer from vectors at address 0, as FreeRTOS does: reads there do
+/// not fault any more, writes do.
+void allow_vector_reads();
+
 /// Interrupts have the board's numbers, from 0.
 void enable_interrupt(std::size_t number);
 /// 0..15 on a core with four priority bits; a lower number interrupts a higher one. 0 after reset.

@@ -36,6 +36,15 @@ class Mcp2515 final : public CanPort {
   static constexpr Time kStaleAfter = kSecond;
   /// Longer than the start of the controller's oscillator, and than 11 bits at 10 kbit/s.
   static constexpr Time kGiveUpAfter = 200 * kMillisecond;
+  static constexpr std::uint32_t kMostPrescaler = 64, kLeastSegment2 = 2;  ///< for bit_timing()
+
+  using Cnf = std::array<std::uint8_t, 3>;  ///< CNF3, CNF2, CNF1, as their addresses are
+  static constexpr Cnf cnf_of(const BitTiming& timing) {
+    const std::uint32_t phase1 = timing.segment1 / 2, propagation = timing.segment1 - phase1;
+    const std::uint32_t jump = std::min(timing.jump_width(), timing.segment2 - 1);
+    return {byte(timing.segment2 - 1), byte(kPhase2ByCnf3 | (phase1 - 1) << 3 | (propagation - 1)),
+            byte((jump - 1) << 6 | (timing.prescaler - 1))};
+  }
 
   explicit Mcp2515(Spi spi) : spi_(spi) {}
   Mcp2515(const Mcp2515&) = delete;
@@ -45,13 +54,9 @@ class Mcp2515 final : public CanPort {
   /// poll() does the rest. False, and nothing else may be called: the crystal does not give this bit rate; 8
   /// MHz give up to 500 kbit/s.
   bool init(std::uint32_t crystal, std::uint32_t bit_rate, Time now) {
-    constexpr std::uint32_t kMostPrescaler = 64, kLeastSegment2 = 2;
     const auto timing = bit_timing(crystal / 2, bit_rate, kMostPrescaler, kLeastSegment2);
     if (!timing) return false;
-    const std::uint32_t phase1 = timing->segment1 / 2, propagation = timing->segment1 - phase1;
-    const std::uint32_t jump = std::min(timing->jump_width(), timing->segment2 - 1);
-    cnf_ = {byte(timing->segment2 - 1), byte(kPhase2ByCnf3 | (phase1 - 1) << 3 | (propagation - 1)),
-            byte((jump - 1) << 6 | (timing->prescaler - 1))};
+    cnf_ = cnf_of(*timing);
     reset(now);
     return true;
   }
@@ -116,8 +121,8 @@ class Mcp2515 final : public CanPort {
   static constexpr std::uint8_t kReset = 0xC0, kRead = 0x03, kWrite = 0x02, kBitModify = 0x05;
   static constexpr std::uint8_t kReadStatus = 0xA0, kReadRxb0 = 0x90, kReadRxb1 = 0x94;
   static constexpr std::uint8_t kLoadTxb0 = 0x40, kRequestToSendTxb0 = 0x81;
-  static constexpr std::uint8_t kRx0 = 0x01, kRx1 = 0x02, kSending = 0x04,
-                                kOtherBuffers = 0xF0;  // in the status
+  // Bits of the status.
+  static constexpr std::uint8_t kRx0 = 0x01, kRx1 = 0x02, kSending = 0x04, kOtherBuffers = 0xF0;
 
   // Registers (table 11-1) and their bits.
   static constexpr std::uint8_t kRxf0 = 0x00, kCanStat = 0x0E, kCanCtrl = 0x0F, kRxf3 = 0x10, kRxm0 = 0x20;
@@ -138,18 +143,18 @@ class Mcp2515 final : public CanPort {
 
   // ---- Joining the bus
 
-  void reset(Time now) {
+  Time reset(Time now) {
     exchange<1>({kReset});
     phase_ = Phase::kResetting;
     state_ = BusState::kBusOff;
     second_is_next_ = false;
     give_up_at_ = now + kGiveUpAfter;
+    return now + kLook;
   }
 
   Time start_again(Time now) {
     ++counters_.errors;
-    reset(now);
-    return now + kLook;
+    return reset(now);
   }
 
   Time join(Time now) {
@@ -230,7 +235,7 @@ class Mcp2515 final : public CanPort {
   }
 
   Spi spi_;
-  Bytes<3> cnf_{};  ///< CNF3, CNF2, CNF1, as their addresses are
+  Cnf cnf_{};
   CanCounters counters_;
   Time pending_since_ = kNever;  ///< kNever: accepted after the last poll()
   Time overflow_until_ = 0;

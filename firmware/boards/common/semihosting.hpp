@@ -11,8 +11,13 @@
 
 namespace cbcan::boards::semihosting {
 
-/// Executes the core's semihosting instruction: semihosting_cortex_m.cpp.
-std::intptr_t call(std::uintptr_t operation, const void* argument);
+/// Executes the semihosting instruction of a Cortex-M.
+[[gnu::noinline]] inline std::intptr_t call(std::uintptr_t operation, const void* argument) {
+  register std::uintptr_t r0 asm("r0") = operation;
+  register const void* r1 asm("r1") = argument;
+  asm volatile("bkpt 0xAB" : "+r"(r0) : "r"(r1) : "memory");
+  return static_cast<std::intptr_t>(r0);
+}
 
 /// SYS_WRITE0: `text` ends with 0.
 inline void write(const char* text) {

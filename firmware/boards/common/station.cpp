@@ -7,15 +7,6 @@ namespace cbcan::boards {
 
 namespace {
 
-/// time / 1000 modulo 2^32, in steps of 16 bits: a 64-bit division is a library function of 800 bytes.
-std::uint32_t in_milliseconds(Time time) {
-  constexpr std::uint32_t kDivisor = kMillisecond;
-  const std::uint32_t high = static_cast<std::uint32_t>(time >> 32) % kDivisor << 16 |
-                             static_cast<std::uint32_t>(time >> 16 & 0xFFFF);
-  const std::uint32_t low = high % kDivisor << 16 | static_cast<std::uint32_t>(time & 0xFFFF);
-  return (high / kDivisor << 16) + low / kDivisor;
-}
-
 std::uint16_t& at(Diagnostics registers, std::size_t address) {
   return registers[address - regmap::kDiagnosticsFirst];
 }

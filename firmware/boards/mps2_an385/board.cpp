@@ -5,16 +5,18 @@ namespace cbcan::boards::mps2 {
 
 namespace {
 
-// Interrupt numbers (AN385, 3.5).
-constexpr std::size_t kModbusReceive = 0;
-constexpr std::size_t kModbusTransmit = 1;
-constexpr std::size_t kAdapterReceive = 2;
-constexpr std::size_t kAdapterTransmit = 3;
-constexpr std::size_t kTimer = 10;
+// The first APB dual timer (4.5), a one-shot. (Not an APB timer: in QEMU with -icount sleep=off, its
+// interrupt comes late when it has a reload value.)
+constexpr Mmio kDualTimer{0x40002000};
+constexpr std::uint32_t kTimerLoad = 0x00, kTimerControl = 0x08, kTimerInterruptClear = 0x0C;
+constexpr std::uint32_t kOneShotOf32BitsWithInterrupt = bit(7) | bit(5) | bit(1) | bit(0);
 
-constexpr std::uint32_t kTicksPerMicrosecond = kSystemClock / kSecond;
-constexpr std::uint32_t kWatchdogPeriod =
-    4 * kSystemClock;  // until the NMI, which resets the board; a second period resets it without the NMI
+// The APB watchdog (4.6) asks for an NMI after a period, which resets the board, and resets it without the
+// NMI after a second one.
+constexpr Mmio kWatchdog{0x40008000};
+constexpr std::uint32_t kWatchdogLoad = 0x00, kWatchdogControl = 0x08, kInterruptAndReset = 3;
+constexpr std::uint32_t kWatchdogClear = 0x0C, kWatchdogLock = 0xC00, kUnlock = 0x1ACCE551;
+constexpr std::uint32_t kWatchdogPeriod = 4 * kSystemClock;
 
 constexpr std::uint32_t kWatchdogNote = 0x52535421;
 [[gnu::section(".noinit")]] std::uint32_t note;
@@ -22,8 +24,7 @@ constexpr std::uint32_t kWatchdogNote = 0x52535421;
 }  // namespace
 
 regmap::ResetCause take_reset_cause() {
-  const bool was_watchdog = note == kWatchdogNote;
-  note = 0;
+  const bool was_watchdog = std::exchange(note, 0) == kWatchdogNote;
   return was_watchdog ? regmap::ResetCause::kWatchdog : regmap::ResetCause::kPowerOn;
 }
 
@@ -36,9 +37,11 @@ Board::Board(const Settings& settings, regmap::ResetCause cause)
     : settings_(settings), reset_cause_(cause), can_(settings.can_kbit_per_second) {}
 
 void Board::start() {
-  counter_.start(kSystemClock);
-  watchdog_.start(kWatchdogPeriod);
-  adapter_uart_.start(kSystemClock, settings_.adapter_baud);
+  kFpga.write(kPrescale, kSystemClock / kSecond - 1);
+  kWatchdog.write(kWatchdogLock, kUnlock);
+  kWatchdog.write(kWatchdogLoad, kWatchdogPeriod);
+  kWatchdog.write(kWatchdogControl, kInterruptAndReset);
+  adapter_uart_.start(settings_.adapter_baud);
   for (const std::size_t interrupt : {kAdapterReceive, kAdapterTransmit, kTimer})
     enable_interrupt(interrupt);
   can_.poll(now());  // opens the adapter before the first frame
@@ -46,19 +49,23 @@ void Board::start() {
 
 void Board::start(RtuServer& modbus) {
   modbus_ = &modbus;
-  modbus_uart_.start(kSystemClock, settings_.modbus_baud);
+  modbus_uart_.start(settings_.modbus_baud);
   for (const std::size_t interrupt : {kModbusReceive, kModbusTransmit})
     enable_interrupt(interrupt);
   start();
 }
 
 void Board::sleep_until(Time due) {
-  watchdog_.feed();
+  kWatchdog.write(kWatchdogLock, kUnlock);
+  kWatchdog.write(kWatchdogClear, 1);
+  kWatchdog.write(kWatchdogLock, 0);  // so that it cannot be stopped by accident
   const Time time = now();
   due = earlier(due, can_.poll(time));
   if (can_.has_output()) pend_interrupt(kAdapterTransmit);
   sleep_.until(due, time, [&](Time end) {
-    wake_up_.arm(static_cast<std::uint32_t>(end - time) * kTicksPerMicrosecond);
+    kDualTimer.write(kTimerControl, 0);
+    kDualTimer.write(kTimerLoad, static_cast<std::uint32_t>(end - time) * (kSystemClock / kSecond));
+    kDualTimer.write(kTimerControl, kOneShotOf32BitsWithInterrupt);
   });
 }
 
@@ -78,7 +85,7 @@ Health Board::health(std::size_t /*network*/) {
 }
 
 void Board::on_modbus_received() {
-  const std::uint32_t time = counter_.read();
+  const std::uint32_t time = kFpga.read(kCounter);
   modbus_uart_.on_receive_interrupt([&](std::uint8_t byte) { modbus_->on_byte(byte, time); });
   sleep_.wake();
 }
@@ -110,7 +117,7 @@ void Board::on_adapter_sent() {
 }
 
 void Board::on_timer() {
-  wake_up_.on_interrupt();
+  kDualTimer.write(kTimerInterruptClear, 1);
   sleep_.wake();
 }
 

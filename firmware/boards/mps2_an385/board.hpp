@@ -16,11 +16,15 @@
 #include "boards/common/registers.hpp"
 #include "boards/common/slcan_port.hpp"
 #include "boards/common/station.hpp"
-#include "boards/mps2_an385/cmsdk.hpp"
 
 namespace cbcan::boards::mps2 {
 
 inline constexpr std::uint32_t kSystemClock = 25'000'000;  ///< Hz
+
+// Interrupt numbers (AN385, 3.5).
+inline constexpr std::size_t kModbusReceive = 0, kModbusTransmit = 1, kAdapterReceive = 2,
+                             kAdapterTransmit = 3;
+inline constexpr std::size_t kTimer = 10;
 
 /// Why the board was reset. It has no register for this, so the watchdog leaves a note in memory; without a
 /// note it was power on. Clears the note.
@@ -29,11 +33,60 @@ regmap::ResetCause take_reset_cause();
 /// The NMI vector, the watchdog's warning: leaves the note and resets the board.
 void on_watchdog();
 
+// The FPGA's free-running counter (AN385, 4.5), as microseconds. Unlike SysTick it needs one read, and it
+// does not go backwards in QEMU.
+inline constexpr Mmio kFpga{0x40028000};
+inline constexpr std::uint32_t kCounter = 0x18, kPrescale = 0x1C;
+
+/// APB UART (4.3): one byte each way, 8N1.
+class Uart {
+ public:
+  constexpr explicit Uart(Mmio registers) : registers_(registers) {}
+
+  /// Enables the interrupts of both directions.
+  void start(std::uint32_t baud) {
+    registers_.write(kDivider, kSystemClock / baud);
+    registers_.write(kControl, kBothDirectionsAndInterrupts);
+  }
+
+  /// Call in the receive interrupt: calls take(byte) for each byte received.
+  void on_receive_interrupt(auto take) {
+    registers_.write(kInterrupt, kReceived);
+    while (registers_.read(kState) & kReceiveFull)
+      take(static_cast<std::uint8_t>(registers_.read(kData)));
+    if (registers_.read(kState) & kReceiveOverrun) {
+      registers_.write(kState, kReceiveOverrun);
+      lost_ = lost_ + 1;
+    }
+  }
+
+  /// Call in the transmit interrupt, which occurs after a byte was sent or when it was pended: next(byte)
+  /// gives the next byte, or false when there is none.
+  void on_transmit_interrupt(auto next) {
+    registers_.write(kInterrupt, kTransmitted);
+    std::uint8_t byte;
+    while (!(registers_.read(kState) & kTransmitFull) && next(byte))
+      registers_.write(kData, byte);
+  }
+
+  /// Number of overruns: a byte arrived before the previous one was read.
+  std::uint32_t lost() const { return lost_; }
+
+ private:
+  static constexpr std::uint32_t kData = 0x00, kState = 0x04, kControl = 0x08, kInterrupt = 0x0C,
+                                 kDivider = 0x10;
+  static constexpr std::uint32_t kTransmitFull = bit(0), kReceiveFull = bit(1), kReceiveOverrun = bit(3);
+  static constexpr std::uint32_t kBothDirectionsAndInterrupts = 0xF, kTransmitted = bit(0),
+                                 kReceived = bit(1);
+
+  Mmio registers_;
+  volatile std::uint32_t lost_ = 0;
+};
+
 class Board final : public Hardware {
  public:
   struct Settings {
-    std::uint32_t modbus_baud;
-    std::uint32_t adapter_baud;
+    std::uint32_t modbus_baud, adapter_baud;
     std::uint16_t can_kbit_per_second;  ///< one of slcan::kBitRates
   };
 
@@ -50,7 +103,7 @@ class Board final : public Hardware {
   void sleep_until(Time due);
 
   // Hardware.
-  Time now() override { return clock_.now(counter_.read()); }
+  Time now() override { return clock_.now(kFpga.read(kCounter)); }
   bool receive(std::size_t /*network*/, Frame& frame) override { return can_.receive(frame); }
   BusState bus_state(std::size_t /*network*/) override { return can_.state(); }
   void respond(std::span<const std::uint8_t> response) override;
@@ -66,11 +119,8 @@ class Board final : public Hardware {
  private:
   Settings settings_;
   regmap::ResetCause reset_cause_;
-  Uart<Mmio> modbus_uart_{Mmio(0x40004000)};
-  Uart<Mmio> adapter_uart_{Mmio(0x40005000)};
-  WakeUp<Mmio> wake_up_{Mmio(0x40002000)};
-  Watchdog<Mmio> watchdog_{Mmio(0x40008000)};
-  MicrosecondCounter<Mmio> counter_{Mmio(0x40028000)};
+  Uart modbus_uart_{Mmio(0x40004000)};
+  Uart adapter_uart_{Mmio(0x40005000)};
   Clock clock_;
   SlcanPort can_;
   RtuServer* modbus_ = nullptr;
@@ -89,14 +139,13 @@ constexpr Vectors vectors_of() {
   Vectors vectors;
   vectors.nmi = on_watchdog;
   vectors.interrupts.fill(fault_handler);
-  // Numbers: AN385, 3.5.
   if constexpr (kHasModbus) {
-    vectors.interrupts[0] = [] { kBoard.on_modbus_received(); };
-    vectors.interrupts[1] = [] { kBoard.on_modbus_sent(); };
+    vectors.interrupts[kModbusReceive] = [] { kBoard.on_modbus_received(); };
+    vectors.interrupts[kModbusTransmit] = [] { kBoard.on_modbus_sent(); };
   }
-  vectors.interrupts[2] = [] { kBoard.on_adapter_received(); };
-  vectors.interrupts[3] = [] { kBoard.on_adapter_sent(); };
-  vectors.interrupts[10] = [] { kBoard.on_timer(); };
+  vectors.interrupts[kAdapterReceive] = [] { kBoard.on_adapter_received(); };
+  vectors.interrupts[kAdapterTransmit] = [] { kBoard.on_adapter_sent(); };
+  vectors.interrupts[kTimer] = [] { kBoard.on_timer(); };
   return vectors;
 }
 

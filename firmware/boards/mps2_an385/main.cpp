@@ -9,12 +9,9 @@ namespace {
 
 using namespace cbcan;
 using namespace cbcan::boards;
-using mps2::kBoardSettings;
-using mps2::kNetworks;
-using mps2::kStationSettings;
 
-mps2::Board board(kBoardSettings, mps2::take_reset_cause());
-Station<kNetworks> station(board, {&board.can()}, kStationSettings);
+mps2::Board board(mps2::kBoardSettings, mps2::take_reset_cause());
+Station<> station(board, {&board.can()}, mps2::kStationSettings);
 
 [[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors = mps2::vectors_of<board>();
 

@@ -7,11 +7,10 @@
 
 namespace cbcan::boards::mps2 {
 
-inline constexpr std::size_t kNetworks = 1;  ///< the adapter on UART1
 inline constexpr Board::Settings kBoardSettings{115'200, 115'200, 500};
 /// Modbus station 1, CANopen node 127. The gap suits an emulator on a loaded PC, and is shorter than clients'
 /// response timeouts; leave it out on a bench.
-inline constexpr Station<kNetworks>::Settings kStationSettings{
+inline constexpr Station<>::Settings kStationSettings{
     .modbus = {.silence_us = rtu_silence_us(kBoardSettings.modbus_baud, 10), .gap_us = 250'000},
     .coprocessors = {}};
 

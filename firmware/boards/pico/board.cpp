@@ -32,9 +32,6 @@ struct Step {
   std::uint32_t address, value, then = kClocks, bits = 0;
 };
 
-constexpr Step function(unsigned pin, std::uint32_t number) {
-  return {kPins + 8 * pin + 4, number};
-}
 /// A pin whose input is pulled up: an unconnected line is idle, and a missing module asks for nothing.
 constexpr Step pulled_up(unsigned pin) {
   return {kPads + 4 * pin + 4, 0x4A};
@@ -64,21 +61,18 @@ constexpr Step kSteps[] = {
     release(bit(16) | bit(22)),                                  // SPI0, UART0
     {kSio + kOutputSet, bit(kCanSelect)},                        //
     {kSio + 0x24, bit(kCanSelect)},                              // GPIO_OE_SET
-    function(kCanMiso, 1),
-    function(kCanClock, 1),
-    function(kCanMosi, 1),  // SPI
-    function(kModbusTx, 2),
-    function(kModbusRx, 2),
-    pulled_up(kModbusRx),  // UART
-    function(kCanSelect, 5),
-    function(kCanInterrupt, 5),
-    pulled_up(kCanInterrupt),           // SIO
+    pulled_up(kModbusRx),
+    pulled_up(kCanInterrupt),
     {0x4003C000 + 0x00, 7},             // SSPCR0: mode 0, 8 bits
     {0x4003C000 + 0x10, 14},            // SSPCPSR: 8.9 MHz
     {0x4003C000 + 0x04, 2},             // SSPCR1: on
     {kPinEvents + 0x10, kFallingEdge},  // PROC0_INTE
     {0x40054000 + 0x38, 1},             // timer: INTE
 };
+
+/// Pins and their functions: 1 SPI, 2 UART, 5 SIO.
+constexpr std::uint8_t kFunctions[][2] = {{kCanMiso, 1},  {kCanClock, 1},  {kCanMosi, 1},     {kModbusTx, 2},
+                                          {kModbusRx, 2}, {kCanSelect, 5}, {kCanInterrupt, 5}};
 
 void run(const Step& step) {
   Mmio(step.address).write(0, step.value);
@@ -119,6 +113,8 @@ void CanSpi::transfer(std::span<std::uint8_t> bytes) const {
 void Board::start(RtuServer* modbus, std::uint32_t baud) {
   for (const Step& step : kSteps)
     run(step);
+  for (const auto& [pin, function] : kFunctions)
+    Mmio(kPins + 8u * pin + 4).write(0, function);
   modbus_ = modbus;
   if (modbus != nullptr) start_uart(baud);
   for (const std::size_t interrupt : {kTimerInterrupt, kPinInterrupt, kUartInterrupt})

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "boards/common/bit_timing.hpp"
 
+#include "boards/common/mcp2515.hpp"
 #include "support/catch.hpp"
 
 using cbcan::boards::bit_timing;
@@ -32,4 +33,21 @@ TEST_CASE("bit timing: what no prescaler and no number of quanta makes") {
   CHECK_FALSE(bit_timing(29'000'000, 1'000'000, 1024));  // 29 quanta, and 29 is prime
   CHECK(bit_timing(64 * 16 * 1'000, 1'000, 64));         // the last prescaler
   CHECK_FALSE(bit_timing(65 * 25 * 1'000, 1'000, 64));
+}
+
+TEST_CASE("bit timing: CNF3, CNF2 and CNF1 of an MCP2515 with a crystal of 16 or 8 MHz") {
+  using Driver = cbcan::boards::Mcp2515<int>;
+  const auto cnf_of = [](std::uint32_t crystal, std::uint32_t bit_rate) {
+    return Driver::cnf_of(
+        bit_timing(crystal / 2, bit_rate, Driver::kMostPrescaler, Driver::kLeastSegment2).value());
+  };
+  using Cnf = Driver::Cnf;
+  // By hand: 2 (BRP + 1) / crystal is a quantum; 1 + propagation + phase 1 + phase 2 of them are a bit.
+  CHECK(cnf_of(16'000'000, 1'000'000) == Cnf{0x01, 0x8A, 0x00});
+  CHECK(cnf_of(16'000'000, 500'000) == Cnf{0x01, 0xAE, 0x00});
+  CHECK(cnf_of(16'000'000, 125'000) == Cnf{0x01, 0xAE, 0x03});
+  CHECK(cnf_of(8'000'000, 500'000) == Cnf{0x01, 0x8A, 0x00});
+  CHECK(cnf_of(8'000'000, 250'000) == Cnf{0x01, 0xAE, 0x00});
+  CHECK(cnf_of(8'000'000, 10'000) == Cnf{0x01, 0xAE, 0x18});
+  CHECK_FALSE(bit_timing(4'000'000, 1'000'000, Driver::kMostPrescaler, Driver::kLeastSegment2));
 }

@@ -3,6 +3,7 @@
 #include "boards/common/ring.hpp"
 #include "support/catch.hpp"
 
+using namespace cbcan;
 using cbcan::boards::Clock;
 using cbcan::boards::Ring;
 
@@ -40,6 +41,18 @@ TEST_CASE("A full ring takes nothing, keeps what it has and counts") {
     CHECK(item == c);
   }
   CHECK(ring.empty());
+}
+
+TEST_CASE("Milliseconds until a time are rounded up, and limited") {
+  CHECK(milliseconds_until(4999, 5000, 100) == 0);
+  CHECK(milliseconds_until(5000, 5000, 100) == 0);
+  CHECK(milliseconds_until(5001, 5000, 100) == 1);
+  CHECK(milliseconds_until(6000, 5000, 100) == 1);
+  CHECK(milliseconds_until(6001, 5000, 100) == 2);
+  CHECK(milliseconds_until(105'000, 5000, 100) == 100);
+  CHECK(milliseconds_until(105'001, 5000, 100) == 100);
+  CHECK(milliseconds_until(kNever, 0, 0xFFFFFFFF) == 0xFFFFFFFF);
+  CHECK(milliseconds_until(3'600'000'000'001, 0, 0xFFFFFFFF) == 3'600'000'001);
 }
 
 TEST_CASE("The clock goes on where its counter wraps") {

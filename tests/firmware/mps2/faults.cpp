@@ -39,6 +39,11 @@ constexpr Check kChecks[] = {
     {"nothing", [] {}},
     {"data", [] { semihosting::exit(initialised == 0x12345678 && cleared[7] == 0 ? 0 : 2); }},
     {"null-read", [] { semihosting::exit(Mmio(null).read(4)); }},
+    {"vectors",
+     [] {
+       allow_vector_reads();
+       Mmio(null).write(4, Mmio(null).read(0));
+     }},
     {"unmapped", [] { semihosting::exit(Mmio(0x60000000).read(0)); }},
     {"division",
      [] {

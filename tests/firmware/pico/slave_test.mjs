@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The slave of examples/slave on a Raspberry Pi Pico: the test is the other nodes and the supply.
-// usage: node slave_test.mjs SLAVE.uf2
+// The driver's counters are registers of the coprocessor's image.
+// usage: node slave_test.mjs SLAVE.uf2 COPROCESSOR.uf2
 import assert from "node:assert/strict";
 import test from "node:test";
 import { count } from "./cases.mjs";
 import { Pico, PowerCut, flashFrom, frame, text } from "./rig.mjs";
 
-const image = flashFrom(process.argv[2]);
+const [image, coprocessor] = process.argv.slice(2).map(flashFrom);
 
 /// A board that has booted.
 function start(flash = image.slice()) {
@@ -121,6 +122,40 @@ check("a power cut at each step of the first start, and of storing, leaves the o
   assert.ok(steps >= 15, `${steps} steps`);
 });
 
+check("frames are read in order, while one arrives with each that is read", () => {
+  const pico = start();
+  pico.can.next = [3, 4, 5, 6, 7].map((n) => frame(`08${n}#`));
+  for (const received of ["081#", "082#"]) pico.can.receive(frame(received));
+  pico.run(3000);
+  assert.deepEqual([pico.can.next, pico.can.order], [[], []]);
+});
+
+check("identifiers of 11 bits pass, those of 29 bits do not; a DLC of 15 means 8", () => {
+  const pico = start(), request = frame("642#4000100000000000");
+  for (const id of [0x000, 0x080, 0x5ff, 0x77f, 0x7ff]) {
+    pico.can.receive({ ...request, id });
+    assert.equal(pico.can.order.length, 1);
+    pico.run(3000);
+  }
+  assert.deepEqual(send(pico, "18D00642#4000100000000000"), []);
+  pico.can.receive({ ...request, dlc: 15 });
+  assert.deepEqual(send(pico), ["5C2#4300100091010F00"]);
+});
+
+check("an overflow is shown for a second, error passive as long as it lasts", () => {
+  const pico = start();
+  for (const overflow of [() => ["081#", "082#", "083#"].forEach((each) => pico.can.receive(frame(each))), () => pico.can.fault(0x40)]) {
+    overflow();
+    assert.deepEqual(send(pico), ["0C2#1081110000000000"]);
+    assert.deepEqual(send(pico, undefined, 990_000), []);
+    assert.deepEqual(send(pico, undefined, 10_000), [RECOVERED[1]]);
+  }
+  pico.can.fault(0x08);
+  assert.deepEqual(send(pico), ["0C2#2081110000000000"]);
+  pico.can.set(0x2d, 0, 0x08);
+  assert.deepEqual(send(pico), [RECOVERED[1]]);
+});
+
 check("bus-off ends by itself, without frames from before", () => {
   const pico = start();
   pico.can.goBusOff(false);
@@ -136,6 +171,57 @@ check("a frame without acknowledgement is given up after a second", () => {
   send(pico, "642#4000100000000000", 1_100_000);
   pico.can.acknowledged = true;
   assert.deepEqual(send(pico, undefined, 100_000), ["0C2#2081110000000000", RECOVERED[1]]);  // error passive
+});
+
+check("a frame that is on the bus when it is given up is sent, and not lost", () => {
+  const pico = start();
+  pico.can.acknowledged = false;
+  send(pico, "642#4000100000000000", 500_000);
+  pico.can.keeps_frame = true;
+  pico.run(1_000_000);
+  pico.can.acknowledged = true;
+  assert.deepEqual(send(pico), ["5C2#4300100091010F00", "0C2#2081110000000000", RECOVERED[1]]);
+});
+
+for (const fault of ["starts", "joins"])
+  check(`a controller that never ${fault} is configured again until it does`, () => {
+    const pico = new Pico(image.slice());
+    pico.can[fault] = false;
+    pico.run(500_000);
+    pico.can[fault] = true;
+    assert.deepEqual(send(pico, undefined, 300_000), ["742#00"]);
+  });
+
+check("a brown-out of the controller is noticed, and it is configured again", () => {
+  const pico = start();
+  pico.can.brownOut();
+  assert.deepEqual(send(pico, undefined, 1_100_000), RECOVERED);
+  assert.deepEqual(send(pico, "642#4000100000000000"), ["5C2#4300100091010F00"]);
+});
+
+check("frames, losses and errors are counted", () => {
+  const pico = start(coprocessor.slice());
+  /// What has been received, sent and lost, and errors, in R4116, R4118, R4122 and R4124: how many more after this.
+  const more = (act) => {
+    const counted = () => {
+      pico.modbus = [];
+      Buffer.from("01031014000a8109", "hex").forEach((byte) => (pico.rp2040.uart[0].feedByte(byte), pico.run(100)));
+      pico.run(50_000);
+      return [3, 7, 15, 19].map((at) => (pico.modbus[at] << 8) | pico.modbus[at + 1]);
+    };
+    const before = counted();
+    act();
+    pico.run(1_200_000);
+    return counted().map((count, i) => count - before[i]);
+  };
+  assert.deepEqual(more(() => ["081#", "082#", "083#"].forEach((each) => pico.can.receive(frame(each)))), [2, 2, 1, 0]);  // sent: overflow and its end
+  assert.deepEqual(more(() => pico.can.set(0x2c, 0x80)), [0, 0, 0, 1]);  // MERRF
+  assert.deepEqual(more(() => pico.can.brownOut()), [0, 2, 0, 1]);
+  const unanswered = () => {
+    pico.can.acknowledged = false;
+    pico.can.receive(frame("67F#4000100000000000"));
+  };
+  assert.deepEqual(more(unanswered), [1, 2, 1, 0]);
 });
 
 for (const line of [0x00, 0xff])

@@ -8,9 +8,8 @@
 
 namespace cbcan::boards::mps2 {
 
-inline constexpr std::size_t kNetworks = 1;
 inline constexpr Board::Settings kBoardSettings{115'200, 115'200, 500};
-inline constexpr Station<kNetworks>::Settings kStationSettings{
+inline constexpr Station<>::Settings kStationSettings{
     .modbus = {.silence_us = 0, .gap_us = 250'000},
     .coprocessors = {{{.plc_timeout_ms = CBCAN_PLC_TIMEOUT_MS}}}};
 
