@@ -77,7 +77,7 @@ class ParameterStore final : public ParameterMemory, private RecordLog::Source {
   const ObjectDictionary* objects_ = nullptr;
   bool left_aside_ = false;
   std::span<const std::uint8_t> rest_;  ///< of the latest record: to be loaded, or to be kept
-  // Of keep(): what it stores, and how far it is.
+  // State of keep(): what it stores, and how far it is.
   bool saves_ = false;
   std::uint16_t first_index_ = 0;
   std::uint16_t last_index_ = 0;

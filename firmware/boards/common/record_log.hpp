@@ -89,7 +89,7 @@ class RecordLog {
   bool other_is_blank_ = false;    ///< the other sector
   bool may_erase_ = false;
   bool failed_ = false;  ///< the flash, since start()
-  // Of append().
+  // State of append().
   Phase phase_ = Phase::kIdle;
   bool begins_ = false;
   bool same_ = false;   ///< equal to the latest record so far
