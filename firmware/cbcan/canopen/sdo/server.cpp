@@ -94,12 +94,13 @@ AbortCode SdoServer::hold_if_later(AbortCode answer) {
 }
 
 AbortCode SdoServer::ask_again() {
-  return is_streaming() ? hand_over(stream_->piece, stream_->last) : write(buffer_.first(done_));
+  return !kWritesWait || is_streaming() ? hand_over(stream_->piece, stream_->last)
+                                        : write(buffer_.first(done_));
 }
 
 /// A value is written without more delay. What is streamed ends with its download.
 void SdoServer::finish_held() {
-  while (is_held() && !is_streaming())
+  while (kWritesWait && is_held() && !is_streaming())
     ask_again();
 }
 
@@ -131,7 +132,7 @@ AbortCode SdoServer::store() {
 
 AbortCode SdoServer::write(std::span<const std::uint8_t> value) {
   const AbortCode answer = dictionary_.write(sdo::index_of(mux_), sdo::sub_of(mux_), value, now_);
-  return kCanWait ? hold_if_later(answer) : answer;
+  return kWritesWait ? hold_if_later(answer) : answer;
 }
 
 void SdoServer::initiate_download(const Frame& frame) {
@@ -157,7 +158,7 @@ void SdoServer::download_expedited(const Frame& frame) {
       size = std::min<std::size_t>(sdo::kExpeditedBytes, entry.capacity);
   }
   AbortCode refused = write(std::span(frame.data).subspan(4, size));
-  if (is_held()) sdo::take_expedited(frame, buffer_.data(), done_ = size);
+  if (kWritesWait && is_held()) sdo::take_expedited(frame, buffer_.data(), done_ = size);
   if (kServices.streamed_downloads && refused == AbortCode::kIncompatible)
     refused = stream_expedited(frame, size);
   if (refused != AbortCode::kNone) return abort(refused);

@@ -98,7 +98,8 @@ class SdoServer {
 
  private:
   static constexpr std::size_t kUndeclared = SIZE_MAX;
-  static constexpr bool kCanWait = kServices.streamed_downloads || kServices.stored_parameters;
+  static constexpr bool kWritesWait = kServices.stored_parameters;
+  static constexpr bool kCanWait = kServices.streamed_downloads || kWritesWait;
 
   enum class State : std::uint8_t {
     kIdle,
