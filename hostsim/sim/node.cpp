@@ -456,7 +456,9 @@ AbortCode Node::on_write(const ObjectEntry& entry, std::uint8_t sub, std::span<c
     program_->due = now;
     return program_->download.on_write(value[0], now);
   }
-  return refused != AbortCode::kNone ? refused : behaviour_->check(entry, sub, value, now);
+  const AbortCode answer = refused != AbortCode::kNone ? refused : behaviour_->check(entry, sub, value, now);
+  return answer == AbortCode::kLater ? AbortCode::kGeneral
+                                     : answer;  // a file or a script may give any number
 }
 
 void Node::write_own(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> value, Time now) {

@@ -99,6 +99,14 @@ function on_write(index, sub, value) return wrong[value] or value == 5 and 0xFFF
   }
 }
 
+TEST_CASE("the number of a script that stands for a later answer is 0800 0000h, and nothing waits for it") {
+  const auto plant =
+      plant_of(kScripted, script("function on_write(index, sub, value) return 0xFFFFFFFE end"));
+  run(*plant, "trigger write 20 0x2001 0 1 7");
+  run(*plant, "wait transaction ended");
+  CHECK(run(*plant, "read 3706 2") == "0 2048");
+}
+
 TEST_CASE("what does not fit an object, or an argument") {
   const base::FileReader files =
       reader({{"t.lua", R"(

@@ -35,7 +35,7 @@ enum class AbortCode : std::uint32_t {
   kStore = 0x08000020,
   kDeviceState = 0x08000022,
   /// Never on the bus: not done yet, the same call goes on with it.
-  kLater = 0xFFFFFFFF,
+  kLater = 0xFFFFFFFE,
 };
 
 }  // namespace cbcan
