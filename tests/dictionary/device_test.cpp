@@ -270,6 +270,31 @@ TEST_CASE("EdsDevice: a stored value outside the limits of a later image is not 
   rig.expect("705#00", "705#00");
 }
 
+TEST_CASE("EdsDevice: LSS may store a node ID while a reset loads the values") {
+  std::string text = "[1010]\nParameterName=R\nObjectType=9\nSubNumber=2\n" +
+                     variable("1010sub0", "5", "ro", "1") + variable("1010sub1", "7", "rw", "1");
+  for (unsigned index = 0x2010; index != 0x2030; ++index)
+    text += variable(hex_of(index >> 8, 1) + hex_of(index, 1), "6", "rw");
+  const Made made(text);
+  DeviceOnWire rig;
+  StoredDevice stored(made.dictionary, rig.flash, rig.port);
+  EdsDevice& device = stored.device;
+  stored.start(0);
+  for (std::uint16_t index = 0x2010; index != 0x2030; ++index)
+    device.set({index, 0}, index);
+  device.device().dictionary().write_whole(0x1010, 1, std::array<std::uint8_t, 4>{'s', 'a', 'v', 'e'}, 0);
+  device.on_frame(frame_from("000#8105"), 0);
+  for (int part = 0; part != 3; ++part)
+    device.poll(0);
+  for (const char* const frame : {"7E5#0401000000000000", "7E5#1106000000000000", "7E5#1700000000000000"})
+    device.on_frame(frame_from(frame), 0);
+  while (device.poll(0) <= 0) {
+  }
+  for (std::uint16_t index = 0x2010; index != 0x2030; ++index)
+    CHECK(device.get({index, 0}) == index);
+  rig.expect("705#00", "7E4#1100000000000000", "7E4#1700000000000000", "705#00");
+}
+
 TEST_CASE("EdsDevice: LSS stores that it has no node ID; at the next start fastscan finds it") {
   Made made(variable("2000", "7", "rw"));
   DeviceOnWire rig;

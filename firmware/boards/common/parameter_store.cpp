@@ -98,7 +98,7 @@ AbortCode ParameterStore::keep(std::uint16_t first_index, std::uint16_t last_ind
 /// Inside the range the device's present values, or nothing; outside it what is stored.
 bool ParameterStore::put_some(RecordLog& log, bool begins) {
   if (begins) {
-    rest_ = log.latest();
+    before_ = log.latest();
     entry_ = element_ = 0;
   }
   for (unsigned i = 0; i < kPortion; ++i)
@@ -107,7 +107,7 @@ bool ParameterStore::put_some(RecordLog& log, bool begins) {
 }
 
 bool ParameterStore::put_next() {
-  if (Value value; take(rest_, value)) {
+  if (Value value; take(before_, value)) {
     if (!value.in(first_index_, last_index_)) put(value);
     return true;
   }
@@ -170,10 +170,10 @@ bool ParameterStore::load(ObjectDictionary& objects, ObjectHandler& handler, std
                           std::uint16_t last_index, std::uint32_t step) {
   objects_ = &objects;
   if (left_aside_) return false;
-  if (step == 0) rest_ = log_.latest();
+  if (step == 0) to_load_ = log_.latest();
   for (unsigned i = 0; i < kPortion; ++i) {
     Value value;
-    if (!take(rest_, value)) return false;
+    if (!take(to_load_, value)) return false;
     if (value.in(first_index, last_index)) load_value(value, objects, handler);
   }
   return true;

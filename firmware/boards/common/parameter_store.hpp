@@ -76,11 +76,12 @@ class ParameterStore final : public ParameterMemory, private RecordLog::Source {
   const PowerOnValues& power_on_;
   const ObjectDictionary* objects_ = nullptr;
   bool left_aside_ = false;
-  std::span<const std::uint8_t> rest_;  ///< of the latest record: to be loaded, or to be kept
+  std::span<const std::uint8_t> to_load_;  ///< rest of a record, which a later one may replace meanwhile
   // State of keep(): what it stores, and how far it is.
   bool saves_ = false;
   std::uint16_t first_index_ = 0;
   std::uint16_t last_index_ = 0;
+  std::span<const std::uint8_t> before_;  ///< rest of the latest record
   std::size_t entry_ = 0;
   std::uint32_t element_ = 0;  ///< of that entry
 };
