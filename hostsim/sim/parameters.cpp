@@ -115,9 +115,7 @@ std::vector<StoredValue> put_parameters(std::span<const StoredValue> values, Obj
   for (const StoredValue& value : values) {
     ObjectEntry entry{};
     const bool fits = saved.find(value.index, value.sub, entry) == AbortCode::kNone && is_parameter(entry) &&
-                      value.bytes.size() <= entry.capacity &&
-                      (entry.has(ObjectFlags::kVariable) || value.bytes.size() == entry.capacity) &&
-                      saved.check_limits(entry, value.sub, value.bytes) == AbortCode::kNone;
+                      saved.check(entry, value.sub, value.bytes) == AbortCode::kNone;
     if (!fits)
       left_out.push_back(value);
     else if (handler != nullptr && entry.has(ObjectFlags::kComputed))

@@ -182,9 +182,7 @@ bool ParameterStore::load(ObjectDictionary& objects, ObjectHandler& handler, std
 void ParameterStore::load_value(const Value& value, ObjectDictionary& objects, ObjectHandler& handler) const {
   ObjectEntry entry;
   if (objects.find(value.index, value.sub, entry) != AbortCode::kNone || !is_parameter(entry) ||
-      value.bytes.size() > entry.capacity ||
-      (value.bytes.size() < entry.capacity && !entry.has(ObjectFlags::kVariable)) ||
-      objects.check_limits(entry, value.sub, value.bytes) != AbortCode::kNone)
+      objects.check(entry, value.sub, value.bytes) != AbortCode::kNone)
     return;
   if (entry.has(ObjectFlags::kComputed))
     handler.on_write(entry, value.sub, value.bytes, 0);

@@ -112,14 +112,10 @@ AbortCode ObjectDictionary::write(std::uint16_t index, std::uint8_t sub, std::sp
   if (const AbortCode missing = find(index, sub, entry); missing != AbortCode::kNone) return missing;
   if (!entry.has(ObjectFlags::kWrite)) return AbortCode::kReadOnly;
   if (entry.is_streamed()) return AbortCode::kIncompatible;
-  if (bytes.size() > entry.capacity) return AbortCode::kParameterLength;
-  if (bytes.size() < entry.capacity && !entry.has(ObjectFlags::kVariable)) return AbortCode::kObjectLength;
-  if (const AbortCode bad = check_limits(entry, sub, bytes); bad != AbortCode::kNone) return bad;
+  if (const AbortCode bad = check(entry, sub, bytes); bad != AbortCode::kNone) return bad;
   const bool handled = entry.has(ObjectFlags::kChecked) || entry.has(ObjectFlags::kComputed);
-  if (handled) {
-    if (const AbortCode refused = handler_->on_write(entry, sub, bytes, now); refused != AbortCode::kNone)
-      return refused;
-  }
+  const AbortCode refused = handled ? handler_->on_write(entry, sub, bytes, now) : AbortCode::kNone;
+  if (refused != AbortCode::kNone) return refused;
   if (!entry.has(ObjectFlags::kComputed)) store(entry, sub, bytes);
   if (handled) handler_->on_stored(entry, sub, now);
   return AbortCode::kNone;

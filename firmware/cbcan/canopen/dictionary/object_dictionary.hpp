@@ -182,9 +182,12 @@ class ObjectDictionary {
   /// with kVariable.
   void store(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> bytes);
 
-  /// kNone, or the reason why this number is outside the limits of a kLimited entry.
-  AbortCode check_limits(const ObjectEntry& entry, std::uint8_t sub,
-                         std::span<const std::uint8_t> value) const;
+  /// kNone, or why an element cannot have this value: its length, or a limit of it.
+  AbortCode check(const ObjectEntry& entry, std::uint8_t sub, std::span<const std::uint8_t> value) const {
+    if (value.size() > entry.capacity) return AbortCode::kParameterLength;
+    if (value.size() < entry.capacity && !entry.has(ObjectFlags::kVariable)) return AbortCode::kObjectLength;
+    return check_limits(entry, sub, value);
+  }
 
   /// The bytes of a stored element, in its current length; empty for kComputed. With kPacked, the byte that
   /// contains it.
@@ -204,6 +207,8 @@ class ObjectDictionary {
   }
   std::size_t search(std::uint16_t index, std::uint8_t sub) const;
   AbortCode find_count(std::uint16_t index, std::uint8_t sub, ObjectEntry& entry) const;
+  AbortCode check_limits(const ObjectEntry& entry, std::uint8_t sub,
+                         std::span<const std::uint8_t> value) const;
 
   Tables tables_;
   ObjectHandler* handler_;
