@@ -137,7 +137,8 @@ void mark_asked(DictionaryImage& image) {
 /// Further SDO servers are off, and stay so; limits are for what clients write.
 void leave_out_unwritable(DictionaryImage& image) {
   for (ObjectEntry& entry : image.entries) {
-    if (is_further_server(entry.index)) entry.flags &= static_cast<std::uint16_t>(~ObjectFlags::kWrite);
+    if (object::is_further_sdo_server(entry.index))
+      entry.flags &= static_cast<std::uint16_t>(~ObjectFlags::kWrite);
     if (!entry.has(ObjectFlags::kWrite)) entry.flags &= static_cast<std::uint16_t>(~ObjectFlags::kLimited);
   }
   std::erase_if(image.limits, [&](const ObjectLimits& row) {
@@ -209,7 +210,7 @@ class Check {
 
   void objects() const {
     for (const Object& object : device_.objects) {
-      if (is_further_server(object.index) && (object.first_sub == 1 || object.first_sub == 2) &&
+      if (object::is_further_sdo_server(object.index) && (object.first_sub == 1 || object.first_sub == 2) &&
           is_on(object))
         refuse(object, "the stack has one SDO server, 1200h");
       if (is_mapping(object.index) && object.node_ids != 0) refuse(object, "$NODEID cannot be in a mapping");

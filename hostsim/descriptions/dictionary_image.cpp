@@ -184,11 +184,6 @@ DeviceMemory memory_of(const std::vector<ObjectEntry>& entries) {
   return memory;
 }
 
-bool is_further_server(std::uint16_t index) {
-  constexpr std::uint16_t kLast = 0x127F;
-  return index > object::kSdoServerParameter && index <= kLast;
-}
-
 bool is_mapping(std::uint16_t index) {
   return (index >= object::kRpdoMapping && index < object::kTpdoParameter) ||
          (index >= object::kTpdoMapping && index <= object::kLastPdo);

@@ -55,8 +55,6 @@ DeviceMemory memory_of(const std::vector<ObjectEntry>& entries);
 
 /// 1600h and so on.
 bool is_mapping(std::uint16_t index);
-/// Parameters of an SDO server in addition to that of 1200h.
-bool is_further_server(std::uint16_t index);
 
 /// The constant tables of firmware (cbcan::EdsDictionary): alike sub-indices and alike indices are one entry,
 /// a constant sub-index 0 is a flag, and values that are 0 need no flash.

@@ -40,7 +40,7 @@ class MoreSdoServers {
   /// see SdoServer::set_block_timeout().
   MoreSdoServers(ObjectDictionary& dictionary, CanPort& port, std::size_t room, std::uint16_t timeout_ms);
 
-  static constexpr bool owns(std::uint16_t index) { return index >= kFirst && index <= kLast; }
+  static constexpr bool owns(std::uint16_t index) { return object::is_further_sdo_server(index); }
   /// Applies the CAN-IDs in the dictionary.
   void configure();
   /// Forgets transfers in progress.
@@ -61,9 +61,6 @@ class MoreSdoServers {
   }
 
  private:
-  static constexpr std::uint16_t kFirst = 0x1201;
-  static constexpr std::uint16_t kLast = 0x127F;
-
   struct Served {
     std::uint16_t index;
     std::vector<std::uint8_t> buffer;

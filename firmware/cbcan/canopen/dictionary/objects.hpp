@@ -76,6 +76,11 @@ inline constexpr std::uint16_t kFirstProfile = 0x6000;
 inline constexpr std::uint16_t kLastProfile = 0x9FFF;
 inline constexpr std::uint16_t kLast = 0xFFFF;
 
+/// The parameter of an SDO server in addition to that of 1200h.
+constexpr bool is_further_sdo_server(std::uint16_t index) {
+  return index > kSdoServerParameter && index <= 0x127F;
+}
+
 inline constexpr std::uint32_t kInhibitUnit = 100;  ///< us, of an inhibit time
 
 }  // namespace cbcan::object
