@@ -52,7 +52,7 @@ class CanBus final : private cbcan::CanPort {
   void wait_until(cbcan::Time due) {
     constexpr std::uint32_t kLongestMs = 10;  // then a full interface may have room
     const cbcan::Time at = now();
-    if (!is_interface_) due = std::min(due, adapter_.poll(at));
+    if (!is_interface_) due = cbcan::earlier(due, adapter_.poll(at));
     std::string out;
     for (char c; adapter_.next_char(c);)
       out += c;

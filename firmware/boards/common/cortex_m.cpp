@@ -23,18 +23,26 @@ namespace cbcan::boards {
 
 namespace {
 
-// System control space (B3.2): registers, and bits of them.
+// System control space (B3.2).
 constexpr Mmio kSystem{0xE000E000};
-constexpr std::uint32_t kInterruptEnable = 0x100, kInterruptPend = 0x200, kInterruptPriority = 0x400;
-constexpr std::uint32_t kInterruptState = 0xD04, kVectorTable = 0xD08;              // ICSR, VTOR
-constexpr std::uint32_t kResetControl = 0xD0C, kResetRequest = 0x05FA0004;          // AIRCR
-constexpr std::uint32_t kConfiguration = 0xD14, kTrapDivisionByZero = 1u << 4;      // CCR
-constexpr std::uint32_t kHandlerControl = 0xD24, kMemoryBusUsageFaults = 7u << 16;  // SHCSR
-constexpr std::uint32_t kFaultStatus = 0xD28, kMemoryAddressValid = 1u << 7,
-                        kBusAddressValid = 1u << 15;                            // CFSR
-constexpr std::uint32_t kMemoryFaultAddress = 0xD34, kBusFaultAddress = 0xD38;  // MMFAR, BFAR
+constexpr std::uint32_t kInterruptEnable = 0x100;
+constexpr std::uint32_t kInterruptPend = 0x200;
+constexpr std::uint32_t kInterruptPriority = 0x400;
+constexpr std::uint32_t kInterruptState = 0xD04;  // ICSR
+constexpr std::uint32_t kVectorTable = 0xD08;     // VTOR
+constexpr std::uint32_t kResetControl = 0xD0C;    // AIRCR
+constexpr std::uint32_t kResetRequest = 0x05FA0004;
+constexpr std::uint32_t kConfiguration = 0xD14;  // CCR
+constexpr std::uint32_t kTrapDivisionByZero = 1u << 4;
+constexpr std::uint32_t kHandlerControl = 0xD24;  // SHCSR
+constexpr std::uint32_t kMemoryBusUsageFaults = 7u << 16;
+constexpr std::uint32_t kFaultStatus = 0xD28;  // CFSR
+constexpr std::uint32_t kMemoryAddressValid = 1u << 7, kBusAddressValid = 1u << 15;
+constexpr std::uint32_t kMemoryFaultAddress = 0xD34;  // MMFAR
+constexpr std::uint32_t kBusFaultAddress = 0xD38;     // BFAR
 constexpr std::uint32_t kMpuControl = 0xD94, kMpuOnWithDefaultMap = 5;
-constexpr std::uint32_t kMpuRegionBase = 0xD9C, kRegionValid = 1u << 4, kMpuRegionAttributes = 0xDA0;
+constexpr std::uint32_t kMpuRegionBase = 0xD9C, kRegionValid = 1u << 4;
+constexpr std::uint32_t kMpuRegionAttributes = 0xDA0;
 constexpr std::uint32_t kNoAccess = 0, kReadOnly = 6u << 24;
 constexpr std::uint32_t kLeastRegionLog2 = __ARM_ARCH == 6 ? 8 : 5;
 
