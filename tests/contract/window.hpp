@@ -10,6 +10,7 @@
 
 #include "contract/target.hpp"
 #include "support/catch.hpp"
+#include "support/hex.hpp"
 #include "support/skips.hpp"
 
 /// Skips a case that the target cannot run, and reports the target's reason.
@@ -22,6 +23,8 @@
   } while (false)
 
 namespace cbcan::contract {
+
+using test::hex_of;
 
 // SDO abort codes.
 inline constexpr std::uint32_t kNoObject = 0x06020000, kNoSubIndex = 0x06090011;
@@ -41,18 +44,6 @@ struct Step {
 
 inline Words words_of(std::uint32_t value) {
   return {static_cast<std::uint16_t>(value), static_cast<std::uint16_t>(value >> 16)};
-}
-
-/// "0102AB"
-template <class Bytes>
-std::string hex_of(const Bytes& bytes) {
-  std::string text;
-  for (const unsigned byte : bytes) {
-    char digits[3];
-    std::snprintf(digits, sizeof digits, "%02X", byte & 0xFF);
-    text += digits;
-  }
-  return text;
 }
 
 /// A coprocessor between a PLC and a bus that the case plays. Every sent frame must be expected, in order, and
