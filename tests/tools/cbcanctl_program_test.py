@@ -4,10 +4,10 @@
 
 import binascii
 
-import cases
+import ctl
 from ctl import ABSENT, CBCANCTL, DONE, REFUSED, USAGE
 from done import ran
-from simulator import program_from_arguments
+from simulator import Simulator, program_from_arguments
 from tree import ROOT
 
 CBCAN_SIM = program_from_arguments()
@@ -31,13 +31,15 @@ step = [
 """
 
 
-class Program(cases.Case):
-    def update(self, *arguments, faults=""):
-        """In virtual time: (exit code, standard output, standard error)."""
-        plant = self.write("plant.toml", f"""
+class Program(ctl.Case):
+    def plant(self, faults):
+        return self.write("plant.toml", f"""
             can.bit_rate = 0
             node = [ {{ id = 5, eds = "{EDS}", faults = [ {faults} ] }}, {{ id = 6, eds = "{ROOT}/plants/demo/generic.eds" }} ]""")
-        done = ran(CBCAN_SIM, "--config", plant, "--clock", "manual", "--", CBCANCTL, "program", *map(str, arguments))
+
+    def update(self, *arguments, faults=""):
+        """In virtual time: (exit code, standard output, standard error)."""
+        done = ran(CBCAN_SIM, "--config", self.plant(faults), "--clock", "manual", "--", CBCANCTL, "program", *map(str, arguments))
         return done.returncode, done.stdout, done.stderr
 
     def test_a_program_is_replaced(self):
@@ -74,6 +76,15 @@ class Program(cases.Case):
                 self.assertEqual((done[0], done[1]), (code, ""), done)
                 self.assertTrue(done[2].startswith(said), done)
 
+    def test_an_interrupt_says_what_it_leaves_and_the_next_update_works(self):
+        image = self.write("image.bin", IMAGE)
+        simulator = Simulator(CBCAN_SIM, "--config", self.plant('{ kind = "response-never", index = 0x1F50, count = 1 }'), test=self)
+        control = ctl.start(simulator.port, "program", 5, image, "--timeout", 60000)
+        simulator.wait_for_frame("605#21501F0180000000")
+        self.check_interrupted(control, "cbcanctl: cancelled: 0 written to R3700; node 5 may have no program now\n")
+        ctl.run(simulator.port, "nmt", "reset-node", 5)  # its boot-up message ends the quarantine of 60 s
+        self.assertEqual(ctl.run(simulator.port, "program", 5, image).returncode, DONE)
+
     def test_a_fleet_in_a_scenario_with_a_cut_in_the_middle(self):
         done = ran(CBCAN_SIM, "run", self.write("fleet.toml", FLEET.format(eds=EDS, must="expect")))
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -85,4 +96,4 @@ class Program(cases.Case):
 
 
 if __name__ == "__main__":
-    cases.main()
+    ctl.cases.main()

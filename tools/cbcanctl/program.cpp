@@ -23,10 +23,12 @@ struct Update {
   window::Client& client;
   std::uint8_t node;
 
+  static void stop_if_interrupted() {
+    if (interrupted()) throw window::Error(window::Error::Cause::kInterrupted, "cancelled");
+  }
   void pause() const {
     client.pause(kPause);
-    if (interrupted())
-      throw window::Error(window::Error::Cause::kInterrupted, "cancelled; the node may have no program now");
+    stop_if_interrupted();
   }
   void check(const Result& response, std::string_view step) const {
     if (response.code != 0) throw Refused(response, fmt::format("node {}: {}", node, step));
@@ -76,7 +78,7 @@ struct Update {
   /// Each piece is a download of its own.
   void download(std::span<const std::uint8_t> file) const {
     for (std::size_t at = 0; at < file.size(); at += regmap::kMaxDataBytes) {
-      if (interrupted()) pause();
+      stop_if_interrupted();
       if (isatty(STDERR_FILENO) != 0) std::cerr << fmt::format("{} of {} bytes\r", at, file.size());
       const auto piece = file.subspan(at, std::min<std::size_t>(regmap::kMaxDataBytes, file.size() - at));
       const bool second = at == regmap::kMaxDataBytes;
@@ -101,10 +103,15 @@ void program(const Options& options) {
   window::Client client = connect(options);
   const Borrowed timeout(client, own::kSdoTimeout, sdo_timeout_of(options.timeout_ms));
   const Update update{client, node};
-  if (update.read(object::kProgramControl) != 0) update.run(false);
-  update.clear();
-  update.download(file);
-  update.run(true);
+  const bool runs = update.read(object::kProgramControl) != 0;
+  try {
+    if (runs) update.run(false);
+    update.clear();
+    update.download(file);
+    update.run(true);
+  } catch (const window::Error& error) {
+    throw window::Error(error.cause, fmt::format("{}; node {} may have no program now", error.what(), node));
+  }
   if (options.json)
     fmt::print("{{\"node\": {}, \"bytes\": {}, \"crc\": {}}}\n", node, file.size(), crc32(0, file));
   else
