@@ -5,7 +5,6 @@
 /// the plant file, finds their devices and prepares their signals and wires.
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>

@@ -4,7 +4,6 @@
 #include <sys/socket.h>
 
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "fuzz/device_plant.hpp"
 #include "fuzz/fuzz.hpp"

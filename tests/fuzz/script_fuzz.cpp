@@ -2,8 +2,6 @@
 // Any text as the script of a device: it is rejected with its file name, or runs. Whatever it does, the other node
 // works, and a second run has the same result. What it declares is an EDS file without mistakes.
 
-#include <array>
-
 #include "config/build_node.hpp"
 #include "config/plant_file.hpp"
 #include "descriptions/network_file.hpp"

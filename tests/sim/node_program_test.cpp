@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A simulated node whose file has 1F50h, as a master updates it (CiA 302-3).
 
-#include "cbcan/canopen/dictionary/little_endian.hpp"
 #include "sim/node_rig.hpp"
 
 namespace cbcan::test {
