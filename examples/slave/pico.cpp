@@ -13,9 +13,14 @@ pico::Board board;
 Terminals terminals{0x5A, {1234, -2}};  // instead of pins
 Module module(board.can(), terminals);
 pico::FlashMemory flash;
+constexpr std::uint32_t kCrystal = 8'000'000;
 std::array<std::uint16_t, 2> address = {500, 0x42};  // kbit/s, node ID
 ParameterStore store(
-    flash, address, [](std::span<const std::uint16_t> /*words*/) { return true; }, module);
+    flash, address,
+    [](std::span<const std::uint16_t> some) {
+      return Mcp2515<pico::CanSpi>::timing(kCrystal, some[0] * 1000u).has_value();
+    },
+    module);
 
 [[gnu::section(".vectors"), gnu::used]] constinit const pico::Vectors vectors = pico::vectors_of<board>();
 
@@ -24,7 +29,7 @@ ParameterStore store(
 int main() {
   store.start(false);
   board.start();
-  board.can().init(8'000'000, address[0] * 1000u, board.now());
+  board.can().init(kCrystal, address[0] * 1000u, board.now());
   module.keep_in(store);
   module.start(static_cast<std::uint8_t>(address[1]), board.now());
   run(board, module);

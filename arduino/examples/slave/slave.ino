@@ -64,7 +64,11 @@ std::array<std::uint16_t, 2> address = {500, 0x42};  // kbit/s and node ID of a 
 Terminals terminals{0x5A, {1234, -2}};               // instead of pins
 Module slave(can, terminals);
 boards::ParameterStore store(
-    flash, address, [](std::span<const std::uint16_t> /*words*/) { return true; }, slave);
+    flash, address,
+    [](std::span<const std::uint16_t> some) {
+      return boards::Mcp2515<ArduinoSpi>::timing(kCrystal, some[0] * 1000u).has_value();
+    },
+    slave);
 
 Time now() {
   return watch.now(micros());

@@ -9,8 +9,9 @@
 /// while it is low, the loop has to continue with receive() and poll() instead of sleeping.
 ///
 /// Reception: all 11-bit frames, RTR too; the filters reject 29-bit ones. The controller has room for two
-/// frames, so the loop has to read one while the next is on the bus. Transmission: by the first of the three
-/// buffers alone, which keeps the order.
+/// frames, so the loop has to read one while the next is on the bus; and no interrupt in receive() may take
+/// as long as a frame, or the order of two is lost. Transmission: by the first of the three buffers alone,
+/// which keeps the order.
 ///
 /// Bus-off ends after 128 times 11 recessive bits, automatically; until then try_send() accepts nothing, and
 /// poll() aborts what waits. A frame that no node acknowledges is aborted after kStaleAfter. A controller
@@ -20,6 +21,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -46,17 +48,21 @@ class Mcp2515 final : public CanPort {
             byte((jump - 1) << 6 | (timing.prescaler - 1))};
   }
 
+  /// None: `crystal` does not give this bit rate; 8 MHz give up to 500 kbit/s.
+  static constexpr std::optional<BitTiming> timing(std::uint32_t crystal, std::uint32_t bit_rate) {
+    return bit_timing(crystal / 2, bit_rate, kMostPrescaler, kLeastSegment2);
+  }
+
   explicit Mcp2515(Spi spi) : spi_(spi) {}
   Mcp2515(const Mcp2515&) = delete;
   Mcp2515& operator=(const Mcp2515&) = delete;
 
   /// `crystal` is that beside the controller, often 8 or 16 MHz, `bit_rate` 10'000..1'000'000, both in Hz.
-  /// poll() does the rest. False, and nothing else may be called: the crystal does not give this bit rate; 8
-  /// MHz give up to 500 kbit/s.
+  /// poll() does the rest. False, and nothing else may be called: there is no timing().
   bool init(std::uint32_t crystal, std::uint32_t bit_rate, Time now) {
-    const auto timing = bit_timing(crystal / 2, bit_rate, kMostPrescaler, kLeastSegment2);
-    if (!timing) return false;
-    cnf_ = cnf_of(*timing);
+    const auto found = timing(crystal, bit_rate);
+    if (!found) return false;
+    cnf_ = cnf_of(*found);
     reset(now);
     return true;
   }
@@ -79,12 +85,12 @@ class Mcp2515 final : public CanPort {
   /// The next received frame.
   bool receive(Frame& frame) {
     if (phase_ != Phase::kRunning) return false;
-    // When RXB0 is occupied the next frame goes to RXB1; so after RXB0 was read, RXB1 is the older one.
     const std::uint8_t status = this->status();
     const bool second = (status & kRx1) != 0 && (second_is_next_ || (status & kRx0) == 0);
-    second_is_next_ = !second && (status & kRx0) != 0;
-    if (!second && !second_is_next_) return false;
+    if (!second && (status & kRx0) == 0) return false;
     read_buffer(second ? kReadRxb1 : kReadRxb0, frame);
+    // The next frame goes to RXB0, which is free; older is only what is in RXB1 already.
+    second_is_next_ = !second && (this->status() & kRx1) != 0;
     ++counters_.received;
     return true;
   }

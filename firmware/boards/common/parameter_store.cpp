@@ -76,12 +76,14 @@ AbortCode ParameterStore::forget(std::uint16_t first_index, std::uint16_t last_i
 
 bool ParameterStore::keep_address(std::uint8_t node_id, std::uint8_t bit_rate) {
   if (address_.empty()) return false;
+  const std::array<std::uint16_t, kAddressWords> before{address_[0], address_[1]};
   address_[1] = node_id;
   if (bit_rate != kReservedLssBitRate)
     address_[0] = static_cast<std::uint16_t>(kLssBitRates[bit_rate] / 1000);
   AbortCode answer = AbortCode::kLater;
   while (answer == AbortCode::kLater)
     answer = save(kBoardSettings, kBoardSettings);
+  if (answer != AbortCode::kNone) std::ranges::copy(before, address_.begin());
   return answer == AbortCode::kNone;
 }
 

@@ -36,7 +36,10 @@ class Board final : public Hardware {
 
   // Hardware.
   Time now() override;
-  bool receive(std::size_t /*network*/, Frame& frame) override { return can_.receive(frame); }
+  bool receive(std::size_t /*network*/, Frame& frame) override {
+    const InterruptLock lock;  // for some 20 us
+    return can_.receive(frame);
+  }
   BusState bus_state(std::size_t /*network*/) override { return can_.state(); }
   void respond(std::span<const std::uint8_t> response) override;
   Health health(std::size_t network) override;

@@ -63,7 +63,10 @@ check("LSS: a new address is stored, and applies after the power was off", () =>
   const pico = start();
   assert.deepEqual(send(pico, "7E5#0401000000000000"), []);
   assert.deepEqual(send(pico, "7E5#1105000000000000"), ["7E4#1100000000000000"]);
-  assert.deepEqual(send(pico, "7E5#1700000000000000", 50_000), ["7E4#1700000000000000"]);
+  for (const [bit_rate, stored] of [["00", "02"], ["02", "00"]]) {  // the crystal gives no 1 Mbit/s
+    assert.deepEqual(send(pico, `7E5#1300${bit_rate}0000000000`), ["7E4#1300000000000000"]);
+    assert.deepEqual(send(pico, "7E5#1700000000000000", 50_000), [`7E4#17${stored}000000000000`]);
+  }
   assert.deepEqual(start(pico.flash.bytes).sent.map(text), ["705#00"]);
 });
 
@@ -128,6 +131,14 @@ check("frames are read in order, while one arrives with each that is read", () =
   for (const received of ["081#", "082#"]) pico.can.receive(frame(received));
   pico.run(3000);
   assert.deepEqual([pico.can.next, pico.can.order], [[], []]);
+});
+
+check("frames are read in order, when two arrive before the next is read", () => {
+  const pico = start();
+  pico.can.then = [frame("082#"), frame("083#")];
+  pico.can.receive(frame("642#4000100000000000"));  // takes longer than a status of the controller
+  pico.run(3000);
+  assert.deepEqual([pico.can.then, pico.can.order], [[], []]);
 });
 
 check("identifiers of 11 bits pass, those of 29 bits do not; a DLC of 15 means 8", () => {
