@@ -41,12 +41,14 @@ constexpr Step release(std::uint32_t peripherals) {
   return {kResets + kClear, peripherals, kResets + 8, peripherals};
 }
 
+constexpr Step kWatchdogResets = {kPowerOn + 0x08, 0x1FFFC};  // WDSEL: all but the oscillators
+
 /// Clocks from the crystal: 1 MHz for time and the watchdog, 125 MHz for the rest. If it does not oscillate,
 /// the watchdog acts.
 constexpr Step kSteps[] = {
-    {0x40058000 + 0x2C, bit(9) | kCrystal / 1'000'000},          // watchdog: TICK
-    {0x40058000 + kWatchdogLoad, kWatchdogPeriod},               //
-    {kPowerOn + 0x08, 0x1FFFC},                                  // WDSEL: all but the oscillators
+    {0x40058000 + 0x2C, bit(9) | kCrystal / 1'000'000},  // watchdog: TICK
+    {0x40058000 + kWatchdogLoad, kWatchdogPeriod},       //
+    kWatchdogResets,
     {0x40058000 + kWatchdogControl, bit(30)},                    // on
     release(bit(5) | bit(8) | bit(12) | bit(21)),                // IO_BANK0, PADS_BANK0, PLL_SYS, TIMER
     {kXosc + 0x0C, kCrystal / 256 / 150},                        // STARTUP: some 7 ms, in 256 periods
@@ -179,18 +181,16 @@ void Board::on_modbus() {
   sleep_.wake();
 }
 
-/// The only code that runs while the flash cannot be read; calls nothing.
-[[gnu::section(".program_in_ram"), gnu::noinline]] void command_flash(const std::uint8_t* command,
-                                                                      std::size_t size) {
+void command_flash(std::span<const std::uint8_t> command) {
   // The interface to the flash (4.10), and the override of its select pin (2.19.6).
   constexpr Mmio kInterface{0x18000000}, kSelect{0x4001800C};
   constexpr std::uint32_t kControl = 0x00, kOn = 0x08, kStatus = 0x28, kReceived = bit(3), kByte = 0x60;
   constexpr std::uint32_t kEightBits = 7u << 16, kLow = 2u << 8, kHigh = 3u << 8;
-  const auto send = [=](std::uint32_t first, std::size_t count) __attribute__((always_inline)) {
+  const auto send = [&](std::span<const std::uint8_t> bytes) {
     std::uint32_t received = 0;
     kSelect.write(0, kLow);
-    for (std::size_t i = 0; i < count; ++i) {
-      kInterface.write(kByte, i == 0 ? first : command[i]);
+    for (const std::uint8_t byte : bytes) {
+      kInterface.write(kByte, byte);
       while ((kInterface.read(kStatus) & kReceived) == 0) {
       }
       received = kInterface.read(kByte);
@@ -202,9 +202,10 @@ void Board::on_modbus() {
   kInterface.write(kOn, 0);
   kInterface.write(kControl, kEightBits);
   kInterface.write(kOn, 1);
-  send(0x06, 1);  // write enable
-  send(command[0], size);
-  for (std::uint32_t i = 0; i < 2'000'000 && (send(0x05, 2) & 1) != 0; ++i) {  // longer than an erasure
+  constexpr std::uint8_t kWriteEnable[] = {0x06}, kReadStatus[] = {0x05, 0};
+  send(kWriteEnable);
+  send(command);
+  for (std::uint32_t i = 0; i < 2'000'000 && (send(kReadStatus) & 1) != 0; ++i) {  // longer than an erasure
   }
   kInterface.write(kOn, 0);
   kInterface.write(kControl, control);
@@ -216,6 +217,7 @@ void Board::on_modbus() {
 
 /// The PLC sees the fault: the reset cause is software.
 void cbcan::boards::on_fault(const Fault& /*fault*/) {
+  pico::run(pico::kWatchdogResets);  // it may be before start()
   pico::kWatchdog.write(pico::kWatchdogControl, pico::kTrigger);
   for (;;)
     wait_for_interrupt();

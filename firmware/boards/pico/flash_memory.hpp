@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The last two sectors of a Pico's 2 MB of flash, 4 KB each, for data that survives a power cycle. The
-/// program is in the same flash: a write takes some 0.5 ms and an erasure up to 0.4 s, in RAM and without
-/// interrupts.
+/// The last two sectors of a Pico's 2 MB of flash, 4 KB each, for data that survives a power cycle. A write
+/// takes some 0.5 ms and an erasure up to 0.4 s. Interrupts continue: the program runs in RAM (pico.ld).
 
 #include <array>
 
-#include "boards/common/cortex_m.hpp"
 #include "boards/common/hardware.hpp"
 
 namespace cbcan::boards::pico {
 
-/// Sends `size` bytes of a command to the flash, and waits until it has been done.
-void command_flash(const std::uint8_t* command, std::size_t size);
+/// Sends a command to the flash, and waits until it has been done. Nothing may read the flash meanwhile.
+void command_flash(std::span<const std::uint8_t> command);
 
 class FlashMemory final : public Flash {
  public:
@@ -40,8 +38,7 @@ class FlashMemory final : public Flash {
   void run(std::span<std::uint8_t> command, std::size_t offset) {
     for (unsigned i = 0; i < 3; ++i)
       command[1 + i] = static_cast<std::uint8_t>((kStore + offset) >> (16 - 8 * i));
-    const InterruptLock lock;
-    command_flash(command.data(), command.size());
+    command_flash(command);
     asm volatile("" ::: "memory");  // the flash has changed
   }
 };

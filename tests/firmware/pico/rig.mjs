@@ -162,10 +162,11 @@ export class Pico {
     const { core, clock, ssi, nsPerCycle } = this;
     while (clock.nanos < end) {
       if (core.waiting) {
+        if (!ssi.readable) throw new Error("SSI: the flash cannot be read");
         if (!(core.pendingInterrupts & core.enabledInterrupts)) return false;
         core.waiting = !core.checkForInterrupts();
       }
-      if (core.PC >>> 24 === FLASH >>> 24 && !ssi.readable) throw new Error("the program runs in flash, which cannot be read");
+      if (core.PC >>> 24 === FLASH >>> 24) throw new Error("the program runs in flash");
       clock.tick(core.executeInstruction() * nsPerCycle);
     }
     return true;
