@@ -64,6 +64,23 @@ TEST_CASE("An error that is reported while the node is being reset is reported a
   CHECK(rig.device.emergency().has(0x2000) == !whole);
 }
 
+TEST_CASE("A reset of the application is not lost by one of the communication within it, or before it") {
+  const auto [first, second] = GENERATE(
+      table<nmt::Command, nmt::Command>({{nmt::Command::kResetNode, nmt::Command::kResetCommunication},
+                                         {nmt::Command::kResetCommunication, nmt::Command::kResetNode}}));
+  DeviceRig rig;
+  rig.start(true);
+  rig.write({{0x2001, 0, 1, 0x12}});
+  rig.device.emergency().error(0x2000, 1, {}, rig.now);
+  rig.expect("0C2#0020010000000000");
+  for (const nmt::Command command : {first, second}) {
+    rig.device.slave().command(command, rig.now);
+    rig.device.poll(rig.now);
+  }
+  rig.pass(0).expect("742#00");
+  rig.reads({{0x2001, 0, 0}, {0x1001, 0, 0}});
+}
+
 TEST_CASE("bus-off that begins during a reset is a network failure") {
   DeviceRig rig;
   rig.start();

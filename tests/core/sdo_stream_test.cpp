@@ -107,6 +107,7 @@ TEST_CASE("streamed download: sub-blocks, one of them with a segment lost") {
   rig.ask("0141414141414141");
   rig.ask("0242424242424242");
   CHECK(rig.ask("0343434343434343") == Sent{"5C2#A203030000000000"});
+  CHECK(rig.ask("0343434343434343").empty());  // repeated on the bus
   rig.ask("0144444444444444");
   CHECK(rig.ask("0346460000000000") == Sent{"5C2#A201030000000000"});
   CHECK(rig.pieces() == Pieces{"0 ", "0 AAAAAAABBBBBBBCCCCCCC", "21 DDDDDDD"});

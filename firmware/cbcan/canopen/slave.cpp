@@ -28,8 +28,9 @@ void Slave::start(Time now) {
 }
 
 void Slave::reset(bool application, Time now) {
-  reset_application_ = application;
-  if (state_ != nmt::State::kInitialising) enter(nmt::State::kInitialising, now);
+  const bool widens = application && !reset_application_;
+  reset_application_ = application || (resetting() && reset_application_);  // a reset within one adds to it
+  if (state_ != nmt::State::kInitialising || widens) enter(nmt::State::kInitialising, now);
   node_id_ = next_node_id_;
   step_ = 1;
   if constexpr (kServices.sdo_server) sdo_server_->reset(sdo::kResponseId + node_id_);

@@ -109,7 +109,8 @@ class ObjectHandler {
   }
 
   /// `value` has passed the checks of access, length and limits. A code other than kNone rejects it: nothing
-  /// is stored. kLater: ask again with the same value.
+  /// is stored. kLater, only with Services::stored_parameters: ask again with the same value, at once if need
+  /// be; each call does a part, and does not wait for time.
   virtual AbortCode on_write(const ObjectEntry& /*entry*/, std::uint8_t /*sub*/,
                              std::span<const std::uint8_t> /*value*/, Time /*now*/) {
     return AbortCode::kNone;

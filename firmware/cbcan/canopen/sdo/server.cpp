@@ -302,7 +302,10 @@ void SdoServer::block_download_segment(const Frame& frame) {
   if (sequence == 0) return abort(AbortCode::kBlockSequence);
   await_client();
   const bool in_order = sequence == sequence_ + 1;
-  if (std::exchange(first_, false) && sequence >= kMaxUncheckedBlockSize) return;
+  // The sub-blocks of a stream may be shorter.
+  const auto end =
+      kServices.streamed_downloads ? std::min(block_size_, kMaxUncheckedBlockSize) : kMaxUncheckedBlockSize;
+  if (std::exchange(first_, false) && sequence != 1 && sequence >= end) return;
   if (in_order) {
     if (!last && done_ + sdo::kSegmentBytes > capacity_) return abort(AbortCode::kParameterLength);
     const std::size_t room = std::min<std::size_t>(sdo::kSegmentBytes, buffer_.size() - done_);
