@@ -44,6 +44,9 @@ class SlaveTask {
   std::uint8_t outputs() const { return outputs_; }
 
  private:
+  /// In ms: boards::Clock has to be read before its counter wraps.
+  static constexpr std::uint32_t kLongestWait = 1'800'000;
+
   void run() {
     board_.start();
     module_.start(0x42, board_.now());
@@ -56,7 +59,7 @@ class SlaveTask {
         module_.read_inputs();
       const cbcan::Time due = module_.poll(now);
       outputs_ = terminals_.outputs;
-      ulTaskNotifyTake(pdTRUE, cbcan::milliseconds_until(due, board_.now(), portMAX_DELAY));
+      ulTaskNotifyTake(pdTRUE, cbcan::milliseconds_until(due, board_.now(), kLongestWait));
     }
   }
 

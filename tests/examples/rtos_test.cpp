@@ -34,8 +34,8 @@ struct World final : CanPort {
   }
 
   std::uint32_t wait(TickType_t ticks) {
-    const bool forever = ticks == portMAX_DELAY;
-    log.push_back(std::to_string(time) + " " + turn + "wait" + (forever ? "" : " " + std::to_string(ticks)));
+    const bool forever = ticks == 1'800'000;  // half an hour, in which boards::Clock has to be read
+    log.push_back(std::to_string(time) + " " + turn + "wait " + std::to_string(ticks));
     turn.clear();
     const Time end = forever ? kNever : (time / kMillisecond + ticks) * kMillisecond;
     for (; notifications == 0 && !steps.empty() && steps.front().first < end; steps.pop_front()) {
@@ -87,7 +87,7 @@ TEST_CASE("The slave as a task sends values in order, and sleeps until it has so
   CHECK_THROWS_AS(world.run(&task), End);
   CHECK(task.outputs() == 0xA5);
   const std::vector<std::string> expected = {
-      "0 742#00 wait",
+      "0 742#00 wait 1800000",
       "300 5C2#6017100000000000 wait 10",
       "10000 wait 1",  // the wait began within a tick: it was shorter than 10 ms
       "11000 742#7F wait 10",
@@ -97,8 +97,8 @@ TEST_CASE("The slave as a task sends values in order, and sleeps until it has so
       "22000 1C2#01 wait 9",
       "22500 1C2#03 wait 8",
       "24000 wait 7",
-      "25000 5C2#6017100000000000 wait",
-      "26000 1C2#17 wait",
+      "25000 5C2#6017100000000000 wait 1800000",
+      "26000 1C2#17 wait 1800000",
   };
   CHECK(world.log == expected);
 }
