@@ -111,6 +111,7 @@ class CanDriver : public CanPort {
     if (const std::uint32_t times = lost(); std::exchange(lost_seen_, times) != times)
       overflow_until_ = now + kShown;
     state_ = state_of(errors, now);
+    if (phase_ == Phase::kEntering) return now;  // off the bus for as short as possible
     return phase_ == Phase::kRunning && state_ == BusState::kActive ? due : earlier(due, now + kLook);
   }
 

@@ -40,7 +40,8 @@ class FdCan final : public CanDriver<FdCan<Registers, kLayout>> {
   using Driver::init;
 
   [[nodiscard]] bool try_send(const Frame& frame) override {
-    const std::uint32_t status = phase_ == Phase::kRunning ? registers_.read(fdcan::kTxfqs) : 0;
+    const bool ready = phase_ == Phase::kRunning && added() == 0;
+    const std::uint32_t status = ready ? registers_.read(fdcan::kTxfqs) : 0;
     if ((status & fdcan::kFillLevel) == 0) return this->refuse();
     collect();  // the place's frame before this one
     const std::uint32_t place = status >> fdcan::kPutAt & 3;
@@ -126,8 +127,12 @@ class FdCan final : public CanDriver<FdCan<Registers, kLayout>> {
     return frame.id << fdcan::kStidAt | remote;
   }
 
+  /// Requests that a scan of the Tx buffers keeps in TXBAR: not yet in TXBRP and TXFQS (44.4.27).
+  std::uint32_t added() { return registers_.read(kLayout.txbrp + 4); }
+
   void collect() {
-    const std::uint32_t ended = pending_ & ~registers_.read(kLayout.txbrp);
+    const std::uint32_t added = this->added();  // first: they move to TXBRP
+    const std::uint32_t ended = pending_ & ~(added | registers_.read(kLayout.txbrp));
     const std::uint32_t sent = registers_.read(kLayout.txbrp + 12);
     for (unsigned place = 0; place < kMailboxes; ++place)
       if ((ended >> place & 1) != 0) ++((sent >> place & 1) != 0 ? counters_.sent : counters_.taken_back);

@@ -26,7 +26,7 @@ class Rcc {
   bool hse_ready(bool bypass) {
     const std::uint32_t state = rcc_.read(kCr);
     if ((state & kHseOn) == 0) {
-      modify(rcc_, kCr, 0, bypass ? kHseBypass : 0);  // before HSEON
+      modify(rcc_, kCr, kHseBypass, bypass ? kHseBypass : 0);  // before HSEON; a reset does not clear it
       modify(rcc_, kCr, 0, kHseOn | kClockSecurity);
     } else if ((state & (kHseReady | kPllOn)) == kHseReady) {
       rcc_.write(rcc::kPllcfgr, rcc::kPll);

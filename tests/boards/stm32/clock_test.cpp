@@ -158,6 +158,7 @@ TEST_CASE("clock: a crystal is not bypassed, a clock signal is") {
   Settings settings;
   settings.hse_is_clock = !kHseIsClock;  // the other tests have the default
   ClockRig rig(settings);
+  rig.rcc_model.word(0x00) |= 1u << 18;  // of an earlier program
   rig.start_hse();
   CHECK((rig.rcc_model.word(0x00) >> 18 & 1) == settings.hse_is_clock);
 }

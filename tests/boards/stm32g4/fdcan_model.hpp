@@ -50,6 +50,7 @@ struct FdCanModel {
       case 0x098: return rx_status(fifos_[(at_g4(offset) - 0x090) / 8]);
       case 0x0C4: return tx_status();
       case 0x0C8: return txbrp_;
+      case 0x0CC: return txbar_;
       case 0x0D4: return txbto_;
     }
     return words_.at(offset);
@@ -127,6 +128,11 @@ struct FdCanModel {
   // ---- Faults and delays, for tests.
 
   bool restricted = false;    ///< CCCR.ASM: the message RAM has not responded in time
+  bool scans = false;         ///< the Tx buffers, so requests stay in TXBAR
+  void end_scan() {
+    scans = false;
+    request(std::exchange(txbar_, 0));
+  }
   bool init_refused = false;  ///< INIT stays as it is: no kernel clock
   unsigned acknowledge_after = 3;
   MessageRam ram;
@@ -255,6 +261,7 @@ struct FdCanModel {
     return free | tx_get_ << 8 | tx_put_ << 16 | (free == 0 ? 1u << 21 : 0);
   }
   void request(std::uint32_t buffers) {
+    if (scans) return void(txbar_ |= buffers);
     if (buffers != 1u << tx_put_ || (txbrp_ & buffers) != 0) throw std::logic_error("not the next place");
     txbrp_ |= buffers;
     txbto_ &= ~buffers;
@@ -263,7 +270,7 @@ struct FdCanModel {
 
   bool held_ = false;
   bool init_, init_asked_, cce_, bus_off_, synchronized_, sending_;
-  std::uint32_t ir_, ie_, lec_, txbrp_, txbto_;
+  std::uint32_t ir_, ie_, lec_, txbrp_, txbto_, txbar_ = 0;
   unsigned tec_, rec_, recessive_, reads_, tx_get_, tx_put_;
   std::array<Fifo, 2> fifos_;
   std::map<std::uint32_t, std::uint32_t> words_;

@@ -40,11 +40,23 @@ TEST_CASE("transmit: a frame as it is in the message RAM, T0 to T3") {
   CHECK(rig.model.ram.read(0x308) == 0x5ABCDEF0);  // XTD
 }
 
+TEST_CASE("transmit: a request that waits for the end of a scan is not taken for one that has ended") {
+  StartedRig rig;
+  rig.model.scans = true;
+  CHECK(rig.send("601#"));
+  CHECK_FALSE(rig.send("602#"));
+  rig.poll();
+  CHECK(rig.can.counters().taken_back + rig.can.counters().sent == 0);
+  rig.model.end_scan();
+  CHECK(rig.sent() == "601#");
+  CHECK(rig.send("602#"));
+}
+
 TEST_CASE("transmit: what waits behind a stale frame is discarded with it; then the bus stays dominant") {
   StartedRig rig;
   CHECK((rig.send("601#") && rig.send("602#")));
   rig.poll();
-  rig.poll(kSecond);
+  CHECK(rig.poll(kSecond) == rig.now);  // off the bus no interrupt wakes the loop
   rig.let_it_ask();
   CHECK(rig.can.state() == BusState::kActive);
   rig.poll(3600 * kSecond);
