@@ -38,8 +38,8 @@ void RecordLog::start() {
   latest_sector_ = sector_ = scans[0].number >= scans[1].number ? 0 : 1;
   const Scan& here = scans[sector_];
   if (here.latest != 0) latest_ = bytes_at(here.latest);
-  // A record that is invalid now may be valid next time: its number is not used again.
-  number_ = has_record() && !here.clean ? here.number + 1 : here.number;
+  // Records that are invalid now may be valid next time: their numbers, at most as many, are not used again.
+  number_ = here.number + (has_record() && !here.clean ? static_cast<std::uint32_t>(sector_words()) : 0);
   const bool usable = here.clean || (!has_record() && make_blank(sector_));
   end_ = usable ? here.end : sector_words();
   const Scan& other = scans[1 - sector_];
