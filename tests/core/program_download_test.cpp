@@ -121,6 +121,21 @@ TEST_CASE("program download: a stopped program starts again without a clear") {
   CHECK(rig.memory.done == 1);
 }
 
+TEST_CASE("program download: of several commands the last one counts") {
+  ProgramRig rig;
+  rig.clear();
+  rig.send("123456789");
+  for (const std::uint8_t command :
+       std::array<std::uint8_t, 5>{1, 1, 0, 1, 3})  // a start whose response was lost is sent again
+    CHECK(rig.control(command) == AbortCode::kNone);
+  for (int pages = 0; pages < 3; ++pages)
+    rig.download.poll(100'000);
+  CHECK(rig.memory.done == -1);
+  ProgramRig running(true);
+  CHECK((running.control(0) == AbortCode::kNone && running.control(1) == AbortCode::kNone));
+  CHECK(running.download.poll(100'000) == kNever);
+}
+
 TEST_CASE("program download: after what goes wrong nothing is startable until the next clear") {
   ProgramRig rig;
   std::uint32_t status = 0;
@@ -167,6 +182,7 @@ TEST_CASE("program download: after what goes wrong nothing is startable until th
   CHECK(rig.state() == status << 1);
   CHECK(rig.control(1) == AbortCode::kDeviceState);
   CHECK(rig.send("1") == AbortCode::kDeviceState);
+  CHECK(rig.state() == status << 1);
   rig.memory.bad_page = rig.memory.bad_unit = SmallMemory::kNone;
   rig.clear();
   CHECK(rig.send("1") == AbortCode::kNone);

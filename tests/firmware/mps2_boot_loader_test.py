@@ -72,7 +72,7 @@ class BootLoader(cases.Case):
     def test_a_program_is_on_trial_until_it_is_started_and_the_one_before_comes_back(self):
         self.board()
         self.assertEqual(self.runs(), 0)
-        self.assertEqual(self.number(0x1F57), 1 << 1)  # no program
+        self.assertEqual((self.number(0x1F57), self.number(0x1018)), (1 << 1, 0))  # no program; no vendor-ID
         self.update(1)
         self.confirm()
         self.control(RESET)

@@ -44,6 +44,7 @@ class ProgramAreas {
     std::string_view board;                      ///< that the ImageHeader names
     bool (*is_signed)(Bytes program) = nullptr;  ///< of a signature; null = every program counts
     void (*control)(ProgramCommand) = nullptr;   ///< resets the board: ProgramDownload
+    bool boots = false;                          ///< this is the boot loader: a trial is over
   };
 
   ProgramAreas(Flash& flash, const Settings& settings) : flash_(flash), settings_(settings) {}
@@ -68,7 +69,11 @@ class ProgramAreas {
     if (status != ProgramStatus::kGood) return status;
     return put_record(kReceived, static_cast<std::uint32_t>(size), crc) ? status : ProgramStatus::kWrite;
   }
-  std::uint32_t crc() const { return is_whole(kRunning) ? record(kRunning).crc : 0; }
+  std::uint32_t crc() const {
+    const bool over = settings_.boots && has(kRunning, kUsed) && !has(kRunning, kConfirmed);
+    if (!over && is_whole(kRunning)) return record(kRunning).crc;
+    return settings_.boots && is_whole(kBefore) ? record(kBefore).crc : 0;  // as boot() decides
+  }
   void control(ProgramCommand command) { settings_.control(command); }
 
  private:

@@ -43,6 +43,7 @@ class BootLoader final : private Application {
 
   AbortCode on_read(const ObjectEntry& entry, std::uint8_t /*sub*/, std::span<std::uint8_t> out,
                     std::size_t& size, Time /*now*/) override {
+    if (!is_program_number(entry.index)) return AbortCode::kNone;  // it is in `out`
     size = entry.capacity;
     return download_->on_read(entry.index, out.first(size));
   }
@@ -60,7 +61,7 @@ class BootLoader final : private Application {
 
   Board& board_;
   Flash flash_;
-  Areas areas_{flash_, {.board = "mps2_an385", .control = control}};
+  Areas areas_{flash_, {.board = "mps2_an385", .control = control, .boots = true}};
   std::optional<ProgramDownload<Areas>> download_;  ///< if no program is started: it reads that of area 0
   std::array<std::uint8_t, updatable::kDictionary.value_bytes> values_{};
   std::array<std::uint8_t, updatable::kDictionary.largest_value> buffer_{};

@@ -74,6 +74,7 @@ class ProgramDownload final : public DownloadStream {
   AbortCode on_write(std::uint8_t value, Time now) {
     const auto command = static_cast<ProgramCommand>(value);
     if (command > ProgramCommand::kClear) return AbortCode::kValue;
+    command_at_ = kNever;  // the last command counts
     if (command == ProgramCommand::kClear) {
       if (runs_) return AbortCode::kDeviceState;
       phase_ = Phase::kClearing;
@@ -91,7 +92,9 @@ class ProgramDownload final : public DownloadStream {
 
   AbortCode on_piece(const Piece& piece, Time /*now*/) override {
     if (phase_ == Phase::kClearing) return AbortCode::kLater;
-    if (phase_ != Phase::kCleared) return end(ProgramStatus::kNotCleared, AbortCode::kDeviceState);
+    if (phase_ != Phase::kCleared)  // 1F57h keeps the first reason
+      return end(status_ == ProgramStatus::kGood ? ProgramStatus::kNotCleared : status_,
+                 AbortCode::kDeviceState);
     if (size_ + piece.bytes.size() > Memory::kBytes)
       return end(ProgramStatus::kAddress, AbortCode::kParameterLength);
     for (const std::uint8_t byte : piece.bytes) {
@@ -141,6 +144,8 @@ class ProgramDownload final : public DownloadStream {
 
   /// What was received becomes startable; without a clear, what was there has to be.
   AbortCode finish() {
+    if (phase_ == Phase::kEnded && size_ != 0 && status_ == ProgramStatus::kGood)
+      return AbortCode::kNone;  // sealed already
     if (phase_ != Phase::kCleared || size_ == 0)
       return memory_->crc() != 0 ? AbortCode::kNone : AbortCode::kDeviceState;
     const std::size_t rest = size_ % Memory::kUnit;

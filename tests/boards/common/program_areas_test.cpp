@@ -262,6 +262,21 @@ TEST_CASE("program areas: a write or an erasure that fails is made good at the n
   }
 }
 
+TEST_CASE("program areas: in the boot loader a program whose trial is over is not startable") {
+  TestMachine machine;
+  const auto startable = [&] {
+    return ProgramAreas<NorFlash<8>>(machine.flash, {.board = "mcu", .boots = true}).crc();
+  };
+  machine.with(1, false);
+  CHECK(startable() == 0);
+  CHECK(machine.start() == 0);
+  machine.with(2);
+  CHECK(startable() == kCrcs.at(2));
+  machine.with(3, false);
+  CHECK(startable() == kCrcs.at(2));  // the one before
+  CHECK(machine.start() == 2);
+}
+
 TEST_CASE("program areas: a signature decides if there is a function for it") {
   TestMachine machine;
   ProgramAreas<NorFlash<8>> areas(
