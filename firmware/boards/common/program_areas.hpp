@@ -44,7 +44,7 @@ class ProgramAreas {
     std::string_view board;                      ///< that the ImageHeader names
     bool (*is_signed)(Bytes program) = nullptr;  ///< of a signature; null = every program counts
     void (*control)(ProgramCommand) = nullptr;   ///< resets the board: ProgramDownload
-    bool boots = false;                          ///< this is the boot loader: a trial is over
+    bool boots = false;                          ///< this is the boot loader: a trial has ended
   };
 
   ProgramAreas(Flash& flash, const Settings& settings) : flash_(flash), settings_(settings) {}
