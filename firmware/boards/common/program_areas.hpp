@@ -31,7 +31,8 @@
 
 namespace cbcan::boards {
 
-template <class Flash>
+/// `kBoots`: in the boot loader, where a trial has ended.
+template <class Flash, bool kBoots = false>
 class ProgramAreas {
  public:
   using Bytes = std::span<const std::uint8_t>;
@@ -44,7 +45,6 @@ class ProgramAreas {
     std::string_view board;                      ///< that the ImageHeader names
     bool (*is_signed)(Bytes program) = nullptr;  ///< of a signature; null = every program counts
     void (*control)(ProgramCommand) = nullptr;   ///< resets the board: ProgramDownload
-    bool boots = false;                          ///< this is the boot loader: a trial has ended
   };
 
   ProgramAreas(Flash& flash, const Settings& settings) : flash_(flash), settings_(settings) {}
@@ -53,7 +53,7 @@ class ProgramAreas {
   /// started; false: there is none.
   bool boot() {
     if (!has(kReceived, kUsed) && is_whole(kReceived)) install();
-    if (is_whole(kRunning) && may_start()) return true;
+    if (may_start() && (has(kRunning, kConfirmed) || mark(kRunning, kUsed))) return true;
     return is_whole(kBefore) && copy(kBefore, kRunning) && mark(kRunning, kConfirmed);
   }
 
@@ -70,9 +70,8 @@ class ProgramAreas {
     return put_record(kReceived, static_cast<std::uint32_t>(size), crc) ? status : ProgramStatus::kWrite;
   }
   std::uint32_t crc() const {
-    const bool over = settings_.boots && has(kRunning, kUsed) && !has(kRunning, kConfirmed);
-    if (!over && is_whole(kRunning)) return record(kRunning).crc;
-    return settings_.boots && is_whole(kBefore) ? record(kBefore).crc : 0;  // as boot() decides
+    const Area area = kBoots && !may_start() ? kBefore : kRunning;  // as boot() decides
+    return is_whole(area) ? record(area).crc : 0;
   }
   void control(ProgramCommand command) { settings_.control(command); }
 
@@ -129,7 +128,9 @@ class ProgramAreas {
     if (copied || copy(kReceived, kRunning)) mark(kReceived, kUsed);
   }
 
-  bool may_start() { return has(kRunning, kConfirmed) || (!has(kRunning, kUsed) && mark(kRunning, kUsed)); }
+  bool may_start() const {
+    return is_whole(kRunning) && (has(kRunning, kConfirmed) || !has(kRunning, kUsed));
+  }
 
   bool copy(Area from, Area to) {
     const auto [size, crc] = record(from);

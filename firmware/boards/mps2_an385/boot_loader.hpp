@@ -39,7 +39,7 @@ class BootLoader final : private Application {
   }
 
  private:
-  using Areas = ProgramAreas<Flash>;
+  using Areas = ProgramAreas<Flash, true>;
 
   AbortCode on_read(const ObjectEntry& entry, std::uint8_t /*sub*/, std::span<std::uint8_t> out,
                     std::size_t& size, Time /*now*/) override {
@@ -61,7 +61,7 @@ class BootLoader final : private Application {
 
   Board& board_;
   Flash flash_;
-  Areas areas_{flash_, {.board = "mps2_an385", .control = control, .boots = true}};
+  Areas areas_{flash_, {.board = "mps2_an385", .control = control}};
   std::optional<ProgramDownload<Areas>> download_;  ///< if no program is started: it reads that of area 0
   std::array<std::uint8_t, updatable::kDictionary.value_bytes> values_{};
   std::array<std::uint8_t, updatable::kDictionary.largest_value> buffer_{};

@@ -265,7 +265,7 @@ TEST_CASE("program areas: a write or an erasure that fails is made good at the n
 TEST_CASE("program areas: in the boot loader a program whose trial is over is not startable") {
   TestMachine machine;
   const auto startable = [&] {
-    return ProgramAreas<NorFlash<8>>(machine.flash, {.board = "mcu", .boots = true}).crc();
+    return ProgramAreas<NorFlash<8>, true>(machine.flash, {.board = "mcu"}).crc();
   };
   machine.with(1, false);
   CHECK(startable() == 0);
