@@ -134,6 +134,9 @@ TEST_CASE("program download: of several commands the last one counts") {
   ProgramRig running(true);
   CHECK((running.control(0) == AbortCode::kNone && running.control(1) == AbortCode::kNone));
   CHECK(running.download.poll(100'000) == kNever);
+  CHECK((running.control(0) == AbortCode::kNone && running.control(3) == AbortCode::kDeviceState));
+  running.download.poll(100'000);
+  CHECK(running.memory.done == 0);  // a refused command takes back nothing
 }
 
 TEST_CASE("program download: after what goes wrong nothing is startable until the next clear") {

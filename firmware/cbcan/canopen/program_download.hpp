@@ -74,27 +74,23 @@ class ProgramDownload final : public DownloadStream {
   AbortCode on_write(std::uint8_t value, Time now) {
     const auto command = static_cast<ProgramCommand>(value);
     if (command > ProgramCommand::kClear) return AbortCode::kValue;
-    command_at_ = kNever;  // the last command counts
     if (command == ProgramCommand::kClear) {
       if (runs_) return AbortCode::kDeviceState;
       phase_ = Phase::kClearing;
       status_ = ProgramStatus::kGood;
       page_ = size_ = crc_ = 0;
-      return AbortCode::kNone;
     }
-    if (runs_ == (command == ProgramCommand::kStart)) return AbortCode::kNone;
-    if (command == ProgramCommand::kStart)
+    if (!runs_ && command == ProgramCommand::kStart)
       if (const AbortCode refused = finish(); refused != AbortCode::kNone) return refused;
-    command_ = command;
-    command_at_ = now + 100 * kMillisecond;  // after the response
+    command_ = command;  // the last one counts, and acts after the response
+    command_at_ = runs_ == (command == ProgramCommand::kStart) ? kNever : now + 100 * kMillisecond;
     return AbortCode::kNone;
   }
 
   AbortCode on_piece(const Piece& piece, Time /*now*/) override {
     if (phase_ == Phase::kClearing) return AbortCode::kLater;
-    if (phase_ != Phase::kCleared)  // 1F57h keeps the first reason
-      return end(status_ == ProgramStatus::kGood ? ProgramStatus::kNotCleared : status_,
-                 AbortCode::kDeviceState);
+    if (status_ != ProgramStatus::kGood) return AbortCode::kDeviceState;  // 1F57h keeps the first reason
+    if (phase_ != Phase::kCleared) return end(ProgramStatus::kNotCleared, AbortCode::kDeviceState);
     if (size_ + piece.bytes.size() > Memory::kBytes)
       return end(ProgramStatus::kAddress, AbortCode::kParameterLength);
     for (const std::uint8_t byte : piece.bytes) {
@@ -142,12 +138,12 @@ class ProgramDownload final : public DownloadStream {
     return code;
   }
 
-  /// What was received becomes startable; without a clear, what was there has to be.
+  /// What was received becomes startable, unless it is already; without a clear, what was there has to be.
   AbortCode finish() {
-    if (phase_ == Phase::kEnded && size_ != 0 && status_ == ProgramStatus::kGood)
-      return AbortCode::kNone;  // sealed already
-    if (phase_ != Phase::kCleared || size_ == 0)
+    if (phase_ != Phase::kCleared || size_ == 0) {
+      if (status_ == ProgramStatus::kGood && crc_ != 0) return AbortCode::kNone;
       return memory_->crc() != 0 ? AbortCode::kNone : AbortCode::kDeviceState;
+    }
     const std::size_t rest = size_ % Memory::kUnit;
     std::ranges::fill(std::span(unit_).subspan(rest), std::uint8_t{0xFF});
     if (rest != 0 && !memory_->write(size_ - rest, unit_))
