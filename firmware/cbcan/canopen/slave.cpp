@@ -28,7 +28,7 @@ void Slave::start(Time now) {
 }
 
 void Slave::reset(bool application, Time now) {
-  const bool widens = application && !reset_application_;
+  const bool widens = resetting() && application && !reset_application_;
   reset_application_ = application || (resetting() && reset_application_);  // a reset within one adds to it
   if (state_ != nmt::State::kInitialising || widens) enter(nmt::State::kInitialising, now);
   node_id_ = next_node_id_;
