@@ -44,7 +44,7 @@ class SlaveTask {
   std::uint8_t outputs() const { return outputs_; }
 
  private:
-  /// In ms: boards::Clock has to be read before its counter wraps.
+  /// Milliseconds; boards::Clock has to be read before its counter wraps.
   static constexpr std::uint32_t kLongestWait = 1'800'000;
 
   void run() {

@@ -76,19 +76,17 @@ TEST_CASE("a check that cannot be made, and a configuration that is refused or h
   const std::string serial = "[[node]]\nid = 2\nidentity = [0, 0, 0, 1]\n";
   const auto [network, fault, said] = GENERATE_REF(table<std::string, const char*, const char*>(
       {{serial, "fault 2 abort index=0x1018 code=0x06090011",
-        "serial number at 1018h:04 Serial number: 0609 0011h sub-index does not exist (O); it is not "
-        "started"},
+        "serial number at 1018h:04 Serial number: 0609 0011h sub-index does not exist (O); "
+        "it is not started"},
        {serial, "fault 2 abort index=0x1018 code=0x08000022",
         "no response at 1018h:04 Serial number: 0800 0022h data cannot be transferred because of the present "
         "device state (B); it is tried again after 1, 2, 4 .. 60 s"},
        {serial, "fault 2 response-never index=0x1018",
-        "no response at 1018h:04 Serial number: 0504 0000h SDO service timed out (B); it is tried again "
-        "after "
-        "1, 2, 4 .. 60 s"},
+        "no response at 1018h:04 Serial number: 0504 0000h SDO service timed out (B); "
+        "it is tried again after 1, 2, 4 .. 60 s"},
        {kNode2, "fault 2 abort index=0x1017 code=0x06090030",
-        "configuration failed at 1017h:00 Producer heartbeat time: 0609 0030h invalid value for the "
-        "parameter "
-        "(J); it is not started"},
+        "configuration failed at 1017h:00 Producer heartbeat time: 0609 0030h invalid value "
+        "for the parameter (J); it is not started"},
        {kNode2, "fault 2 response-never index=0x1017",
         "configuration failed at 1017h:00 Producer heartbeat time: 0504 0000h SDO service timed out (J); it "
         "is tried again after 1, 2, 4 .. 60 s"}}));

@@ -4,6 +4,7 @@
 
 import binascii
 
+import cases
 import ctl
 from ctl import ABSENT, CBCANCTL, DONE, REFUSED, USAGE
 from done import ran
@@ -96,4 +97,4 @@ class Program(ctl.Case):
 
 
 if __name__ == "__main__":
-    ctl.cases.main()
+    cases.main()

@@ -9,7 +9,7 @@ export class Mcp2515 {
   /// `clock`: of rp2040js. setInterrupt(level): the INT pin. send(frame): an acknowledged frame.
   constructor(clock, setInterrupt, send) {
     Object.assign(this, { clock, setInterrupt, send, registers: new Uint8Array(128), dead: undefined, starts: true, joins: true, acknowledged: true,
-                          keeps_frame: false, next: [], then: [], order: [], held: 0, takes_time: true });
+                          keeps_frame: false, next: [], later: [], order: [], held: 0, takes_time: true });
     this.registers.fill(0xa5);  // unknown after power-on
     this.end_of_frame = clock.createAlarm(() => this.finish());
     this.end_of_bus_off = clock.createAlarm(() => this.set(EFLG, 0, BUS_OFF));
@@ -40,9 +40,9 @@ export class Mcp2515 {
   }
 
   select(selected) {
-    const command = selected ? undefined : this.bytes?.[0], buffer = { 0x90: 1, 0x94: 2 }[command];
+    const buffer = { 0x90: 1, 0x94: 2 }[selected ? undefined : this.bytes?.[0]];
     this.bytes = [];
-    if (selected && this.clock.nanos - this.released > 5000) this.then.splice(0).forEach((frame) => this.receive(frame));
+    if (selected && this.clock.nanos - this.released > 5000) this.later.splice(0).forEach((frame) => this.receive(frame));
     if (!buffer) return;
     this.released = this.clock.nanos;
     if (this.order.shift() !== buffer) throw new Error("MCP2515: frames are read in another order");

@@ -135,10 +135,10 @@ check("frames are read in order, while one arrives with each that is read", () =
 
 check("frames are read in order, when two arrive before the next is read", () => {
   const pico = start();
-  pico.can.then = [frame("082#"), frame("083#")];
+  pico.can.later = [frame("082#"), frame("083#")];
   pico.can.receive(frame("642#4000100000000000"));  // takes longer than a status of the controller
   pico.run(3000);
-  assert.deepEqual([pico.can.then, pico.can.order], [[], []]);
+  assert.deepEqual([pico.can.later, pico.can.order], [[], []]);
 });
 
 check("identifiers of 11 bits pass, those of 29 bits do not; a DLC of 15 means 8", () => {
