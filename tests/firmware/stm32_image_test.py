@@ -146,11 +146,12 @@ class Image(cases.Case):
             words = machine.transact(5066, 0, 0x1010, 1, 4, 0x6173, 0x6576)
             self.assertEqual((words[0], words[6:]), (4, [0x0030, 0x0609]))
 
-    def test_it_goes_on_after_an_nmi(self):
+    def test_an_nmi_without_a_failure_of_the_clock_is_a_fault(self):
         with Machine() as machine:
             machine.write(3900, 7)
             machine.raise_interrupt("NMI 0")
-            self.assertEqual(machine.read(3900, 1), [7])  # no reset
+            self.assertEqual(machine.read(3900, 1), [0])  # the board was reset
+            self.assertEqual(machine.read(4133, 1), [1])
 
 
 def version():

@@ -49,9 +49,9 @@ struct VectorTable {
 
 struct Fault {
   std::uint32_t exception;  ///< number: 2 NMI, 3 hard, 4 memory, 5 bus, 6 usage fault; 16 + n = interrupt n
-  std::uint32_t status;     ///< CFSR (B3.2.15)
-  std::uint32_t address;    ///< of the faulting access; 0 = unknown
-  const std::uint32_t* frame;  ///< registers that the core stacked (B1.5.6); null = no valid stack
+  std::uint32_t status = 0;              ///< CFSR (B3.2.15)
+  std::uint32_t address = 0;             ///< of the faulting access; 0 = unknown
+  const std::uint32_t* frame = nullptr;  ///< registers that the core stacked (B1.5.6); null = no valid stack
   std::uint32_t pc() const { return frame == nullptr ? 0 : frame[6]; }  ///< of the instruction
   std::uint32_t lr() const { return frame == nullptr ? 0 : frame[5]; }
 };

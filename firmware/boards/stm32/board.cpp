@@ -102,7 +102,7 @@ Health Board::health(std::size_t /*network*/) {
 
 /// A pending interrupt keeps the core from sleeping even if the loop has just decided to sleep.
 void Board::on_nmi() {
-  supervisor_.on_nmi();
+  if (!supervisor_.on_nmi()) on_fault({.exception = 2});  // corrupt flash or SRAM (RM0440, table 100)
   pend_interrupt(kTim2Interrupt);
 }
 

@@ -42,8 +42,9 @@ class ClockSupervisor {
   /// Call in each interrupt of the USART, with the time in us.
   void on_line_used(std::uint32_t now_us) { line_used_us_.store(now_us, std::memory_order_relaxed); }
 
-  /// Call in the NMI, which must also wake the loop by an interrupt: the loop may be about to sleep.
-  void on_nmi() { rcc_.on_nmi(); }
+  /// Call in the NMI, which must also wake the loop by an interrupt: the loop may be about to sleep. False:
+  /// it is not HSE that has failed.
+  bool on_nmi() { return rcc_.on_nmi(); }
 
   /// Call in each turn of the loop, with interrupts off, with the timer's time in us.
   void follow(std::uint32_t now_us) {

@@ -64,11 +64,15 @@ class Rcc {
   // ---- The NMI of the clock security system
 
   /// HSE has failed, and the hardware has switched to HSI with unchanged prescalers. The first instruction
-  /// resets the CAN controller, so that it sends no bit of the wrong length.
-  void on_nmi() {
+  /// resets the CAN controller, so that it sends no bit of the wrong length. False: the NMI has another
+  /// cause.
+  bool on_nmi() {
     rcc_.write(rcc::kApb1rstr, kCan);
+    if ((rcc_.read(rcc::kFlagRegister) & rcc::kCssf) == 0) return false;
     failed_.store(true, std::memory_order_release);
     rcc_.write(rcc::kClearRegister, rcc::kCssc);
+    rcc_.read(rcc::kFlagRegister);  // waits for the write: else the NMI begins again, without a cause
+    return true;
   }
 
   // ---- At the start

@@ -22,9 +22,11 @@ inline constexpr bool kHseIsClock = true;  ///< from the ST-LINK
 
 /// What differs from one family to another: offsets, then values.
 namespace rcc {
-inline constexpr std::uint32_t kPllcfgr = 0x04, kClearRegister = 0x0C /* CIR */, kApb1rstr = 0x20,
-                               kPortsEnr = 0x30 /* AHB1ENR */, kApb1enr = 0x40, kApb2enr = 0x44, kCsr = 0x74;
-inline constexpr std::uint32_t kCssc = bit(23), kRmvf = bit(24), kBrownOut = bit(25), kPowerOn = bit(27);
+inline constexpr std::uint32_t kPllcfgr = 0x04, kFlagRegister = 0x0C /* CIR */, kClearRegister = 0x0C,
+                               kApb1rstr = 0x20, kPortsEnr = 0x30 /* AHB1ENR */, kApb1enr = 0x40,
+                               kApb2enr = 0x44, kCsr = 0x74;
+inline constexpr std::uint32_t kCssf = bit(7), kCssc = bit(23), kRmvf = bit(24), kBrownOut = bit(25),
+                               kPowerOn = bit(27);
 inline constexpr std::uint32_t kToHsi = 0, kToPll = 2;  ///< CFGR.SW
 /// HSE / M = 4, x N = 160, / P = 2 (00). Q = 7 and R = 2 are for unused clocks.
 inline constexpr std::uint32_t kPll = 4u | 160u << 6 | bit(22) | 7u << 24 | 2u << 28;

@@ -23,9 +23,10 @@ inline constexpr bool kHseIsClock = false;  ///< a crystal
 
 /// What differs from one family to another: offsets, then values.
 namespace rcc {
-inline constexpr std::uint32_t kPllcfgr = 0x0C, kClearRegister = 0x20 /* CICR */, kApb1rstr = 0x38,
+inline constexpr std::uint32_t kPllcfgr = 0x0C, kFlagRegister = 0x1C /* CIFR */,
+                               kClearRegister = 0x20 /* CICR */, kApb1rstr = 0x38,
                                kPortsEnr = 0x4C /* AHB2ENR */, kApb1enr = 0x58, kApb2enr = 0x60, kCsr = 0x94;
-inline constexpr std::uint32_t kCssc = bit(8), kRmvf = bit(23);
+inline constexpr std::uint32_t kCssf = bit(8), kCssc = bit(8), kRmvf = bit(23);
 inline constexpr std::uint32_t kBrownOut = 0, kPowerOn = bit(27);  ///< one flag for both
 inline constexpr std::uint32_t kToHsi = 1, kToPll = 3;             ///< CFGR.SW
 /// HSE / M = 3 (2), x N = 20, / R = 2 (00).

@@ -72,7 +72,7 @@ struct ClockRig {
   void fail_hse() {
     rcc_model.set_hse(false);
     REQUIRE(rcc_model.nmi_line());
-    supervisor.on_nmi();
+    CHECK(supervisor.on_nmi());
     CHECK_FALSE(rcc_model.nmi_line());
   }
 
@@ -221,6 +221,15 @@ TEST_CASE("clock: the NMI resets CAN before anything else, and the loop does the
   rig.check_internal();
 }
 
+TEST_CASE("clock: an NMI with another cause is reported, after CAN has left the bus") {
+  ClockRig rig;
+  rig.start_hse();
+  rig.rcc_model.writes.clear();
+  CHECK_FALSE(rig.supervisor.on_nmi());
+  CHECK(rig.rcc_model.writes == std::vector<RccModel::Write>{{numbers::kApb1rstr, 1u << 25}});
+  CHECK_FALSE(rig.can_model.on_bus());
+}
+
 TEST_CASE("clock: HSE fails at any moment, and comes again: CAN never takes part without it") {
   int moment = 0;
   for (bool failed = true; failed; ++moment) {
@@ -239,7 +248,7 @@ TEST_CASE("clock: HSE fails at any moment, and comes again: CAN never takes part
       if (accesses++ == moment) {
         failed = true;
         rig.rcc_model.set_hse(false);
-        if (rig.rcc_model.nmi_line()) rig.supervisor.on_nmi();
+        if (rig.rcc_model.nmi_line()) CHECK(rig.supervisor.on_nmi());
       }
       watch();
     };
