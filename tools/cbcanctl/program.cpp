@@ -45,6 +45,9 @@ struct Update {
   Result write(std::uint16_t index, const Bytes& value) const {
     return client.execute(tools::sdo_write(node, index, 1, value));
   }
+  Result command(ProgramCommand command) const {
+    return write(object::kProgramControl, {static_cast<std::uint8_t>(command)});
+  }
 
   /// The number there when its bits of `mask` are `value`. A node that restarts or erases may be `silent`.
   std::uint32_t await(std::uint16_t index, std::uint32_t mask, std::uint32_t value,
@@ -60,15 +63,18 @@ struct Update {
   std::uint32_t read(std::uint16_t index) const { return await(index, 0, 0, false); }
   std::uint32_t await_flash() const { return await(object::kFlashStatus, 1, 0) >> 1 & 0x7F; }
 
-  /// Starts or stops the program.
-  void run(bool started) const {
-    const Result done = write(object::kProgramControl, {started});
-    if (started || !is_silent(done)) check(done, started ? "start" : "stop");
-    await(object::kProgramControl, 0xFF, started);
+  /// A node that is restarting loses the command.
+  void stop(int tries = 4) const {
+    const Result done = command(ProgramCommand::kStop);
+    if (!is_silent(done))
+      check(done, "stop");
+    else if (await(object::kProgramControl, 0, 0) != 0 && tries > 1)
+      return stop(tries - 1);
+    await(object::kProgramControl, 0xFF, 0);
   }
 
   void clear(int tries = 4) const {
-    const Result done = write(object::kProgramControl, {static_cast<std::uint8_t>(ProgramCommand::kClear)});
+    const Result done = command(ProgramCommand::kClear);
     if (done.code == 0) return void(await_flash());
     if (tries == 1) check(done, "clear");
     pause();
@@ -105,10 +111,11 @@ void program(const Options& options) {
   const Update update{client, node};
   const bool runs = update.read(object::kProgramControl) != 0;
   try {
-    if (runs) update.run(false);
+    if (runs) update.stop();
     update.clear();
     update.download(file);
-    update.run(true);
+    update.check(update.command(ProgramCommand::kStart), "start");
+    update.await(object::kProgramControl, 0xFF, 1);
   } catch (const window::Error& error) {
     throw window::Error(error.cause, fmt::format("{}; node {} may have no program now", error.what(), node));
   }
