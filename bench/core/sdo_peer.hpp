@@ -4,7 +4,6 @@
 /// The far end of the benchmark's transfers (CiA 301, 7.2.4): node 5 with one object, 2000h sub-index 0, of
 /// the bytes 0, 1, 2, ... It uses nothing of the product except Frame, and checks nothing.
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>

@@ -7,12 +7,11 @@ namespace {
 
 using namespace cbcan::boards;
 
-mps2::Board board({115'200, 115'200, 500}, mps2::take_reset_cause());
+mps2::Board board(115'200, 500);
 Terminals terminals{0x5A, {1234, -2}};  // instead of pins
 Module module(board.can(), terminals);
 
-[[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors =
-    mps2::vectors_of<board, false>();
+[[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors = mps2::vectors_of<board>();
 
 }  // namespace
 

@@ -20,13 +20,12 @@ struct Device final : UpdatableDevice<updatable::kDictionary, Areas> {
   using UpdatableDevice<updatable::kDictionary, Areas>::UpdatableDevice;
 };
 
-mps2::Board board({115'200, 115'200, 500}, mps2::take_reset_cause());
+mps2::Board board(115'200, 500);
 mps2::ProgramFlash flash;
 Areas areas(flash, {.board = "mps2_an385", .control = mps2::control});
 Device device(board.can(), areas, true);
 
-[[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors =
-    mps2::vectors_of<board, false>();
+[[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors = mps2::vectors_of<board>();
 
 [[gnu::section(".image_header"), gnu::used]] constinit const ImageHeader header{
     .board = ImageHeader::text("mps2_an385"), .version = ImageHeader::text(PROGRAM_VERSION)};

@@ -48,6 +48,8 @@ struct Services {
   bool counters =
       true;  ///< diagnostics such as SdoClient::counters(); counters of transactions are always there
 
+  bool adapter_state = true;  ///< of a serial CAN adapter, and counters; otherwise it always counts as active
+
   /// Size of each queue (in and out) of a serial CAN adapter, in characters; a power of two. 1024 characters
   /// are about 40 frames.
   std::size_t serial_queue = 1024;

@@ -3,7 +3,6 @@
 // function takes is written to in(SIZE) before, what it returns is read from out() and out_size(). Call
 // _initialize() once before anything else. After a trap the instance must not be used again.
 
-#include <cmath>
 #include <utility>
 
 #include "module/instance.hpp"

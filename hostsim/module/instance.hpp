@@ -8,7 +8,6 @@
 /// For a plant it then listens at the services, says by serve() where, and hands over what clients send. It
 /// tells the time by pass(), and prints and writes what take_told() has.
 
-#include <cstdint>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>

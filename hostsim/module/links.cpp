@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Streams that the host makes: a serial line whose master is outside, the bus outside, and PLCs that own
 // their registers.
-#include <utility>
 
 #include "module/instance.hpp"
 

@@ -3,7 +3,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,7 +10,6 @@
 #include "base/error.hpp"
 #include "config/build_node.hpp"
 #include "module/instance.hpp"
-#include "scenario/scenario_writer.hpp"
 #include "scenario/search/campaign.hpp"
 #include "scenario/search/exploration.hpp"
 #include "scenario/search/judge.hpp"

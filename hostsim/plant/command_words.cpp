@@ -9,7 +9,6 @@
 #include "cbcan/regmap.hpp"
 #include "config/build_node.hpp"
 #include "config/config.hpp"
-#include "descriptions/device_description.hpp"
 #include "journal/event_text.hpp"
 
 namespace cbcan::plant {

@@ -7,7 +7,6 @@
 
 #include <poll.h>
 
-#include <memory>
 #include <string>
 #include <vector>
 

@@ -5,11 +5,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
-#include <string_view>
 #include <utility>
-#include <vector>
 
 #include "cbcan/modbus/rtu_server.hpp"
 #include "cbcan/regmap.hpp"

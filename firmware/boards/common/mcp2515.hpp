@@ -22,7 +22,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <utility>
 
 #include "boards/common/bit_timing.hpp"

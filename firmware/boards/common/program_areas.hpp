@@ -145,9 +145,11 @@ class ProgramAreas {
   ProgramStatus check_header(Bytes program) const {
     constexpr std::size_t kMark = Flash::kHeaderAt, kBoard = kMark + 8, kBegin = kMark + 40,
                           kCrc = kMark + 48;
-    if (program.size() < kCrc + 4 || load_word(&program[kMark]) != ImageHeader::kMark ||
-        !std::ranges::equal(program.subspan(kBoard, 16), ImageHeader::text(settings_.board)))
+    if (program.size() < kCrc + 4 || load_word(&program[kMark]) != ImageHeader::kMark)
       return ProgramStatus::kFormat;
+    for (std::size_t i = 0; i < 16; ++i)
+      if (program[kBoard + i] != (i < settings_.board.size() ? settings_.board[i] : 0))
+        return ProgramStatus::kFormat;
     const std::size_t begin = load_word(&program[kBegin]) - Flash::kRunsAt;
     const std::size_t end = load_word(&program[kBegin + 4]) - Flash::kRunsAt;
     if (begin > end || end > program.size()) return ProgramStatus::kAddress;

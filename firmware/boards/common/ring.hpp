@@ -54,7 +54,7 @@ class Ring {
     return end_.load(std::memory_order_acquire) - begin_.load(std::memory_order_acquire);
   }
 
-  std::array<Item, kSize> items_{};
+  std::array<Item, kSize> items_;
   std::atomic<std::uint32_t> begin_{0};
   std::atomic<std::uint32_t> end_{0};
   std::atomic<std::uint32_t> overflows_{0};

@@ -17,7 +17,7 @@ bool SlcanPort::put(std::string_view line) {
 bool SlcanPort::try_send(const Frame& frame) {
   std::array<char, slcan::kMaxLine> line;
   const bool fits = put({line.data(), slcan::encode(frame, line)});
-  ++(fits ? counters_.sent : counters_.refused);
+  if (kServices.adapter_state) ++(fits ? counters_.sent : counters_.refused);
   return fits;
 }
 
@@ -27,13 +27,13 @@ bool SlcanPort::receive(Frame& frame) {
   while (received_.pop(c)) {
     const Event event = reader_.on_char(c);
     if (event != Event::kNone) hear(event != Event::kBell);
-    if (event == Event::kBell || event == Event::kLost) ++counters_.errors;
+    if (event == Event::kBell || event == Event::kLost) counters_.errors += kServices.adapter_state;
     if (event != Event::kLine) continue;
     if (slcan::decode(reader_.line(), frame)) {
-      ++counters_.received;
+      counters_.received += kServices.adapter_state;
       return true;
     }
-    on_line(reader_.line());
+    if (kServices.adapter_state) on_line(reader_.line());
   }
   return false;
 }
@@ -57,26 +57,30 @@ void SlcanPort::on_line(std::string_view line) {
 /// Any reception. The last response to the open commands shows whether the adapter is open; a "no" from a
 /// closed adapter is no sign of life.
 void SlcanPort::hear(bool yes) {
-  if (answers_status_) return;
-  if (opening_)
-    open_ = yes;
-  else if (yes)
-    off_ = false;
-  if (yes || !off_) silent_ = 1;
+  if (kServices.adapter_state) {
+    if (answers_status_) return;
+    if (opening_)
+      open_ = yes;
+    else if (yes)
+      off_ = false;
+    yes |= !off_;
+  }
+  if (yes) silent_ = 1;
 }
 
 Time SlcanPort::poll(Time now) {
   if (now < due_) return due_;
-  if (silent_ == 0) {
-    off_ = due_ != 0;  // silent, unless this is the first poll
+  const bool opens = silent_ == 0;
+  if (kServices.adapter_state) {
+    if (opens)
+      off_ = due_ != 0;  // silent, unless this is the first poll
+    else if (opening_ && open_)
+      off_ = !*open_;
+    opening_ = opens;
     open_.reset();
-    std::array<char, slcan::kMaxLine> line;
-    put({line.data(), slcan::encode_open(kbit_per_second_, line)});
-  } else {
-    if (opening_ && open_) off_ = !*open_;
-    put(slcan::kAskStatus);
   }
-  opening_ = silent_ == 0;
+  const slcan::OpenCommands commands = slcan::encode_open(kbit_per_second_);
+  put(opens ? std::string_view(commands.data(), commands.size()) : slcan::kAskStatus);
   due_ = now + kStatusInterval;
   silent_ = static_cast<std::uint8_t>((silent_ + 1) % kSilentPolls);
   return due_;

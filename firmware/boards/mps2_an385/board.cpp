@@ -33,26 +33,23 @@ void on_watchdog() {
   system_reset();
 }
 
-Board::Board(const Settings& settings, regmap::ResetCause cause)
-    : settings_(settings), reset_cause_(cause), can_(settings.can_kbit_per_second) {}
-
 void Board::start() {
   kFpga.write(kPrescale, kSystemClock / kSecond - 1);
   kWatchdog.write(kWatchdogLock, kUnlock);
   kWatchdog.write(kWatchdogLoad, kWatchdogPeriod);
   kWatchdog.write(kWatchdogControl, kInterruptAndReset);
-  adapter_uart_.start(settings_.adapter_baud);
+  adapter_uart_.start(adapter_baud_);
   for (const std::size_t interrupt : {kAdapterReceive, kAdapterTransmit, kTimer})
     enable_interrupt(interrupt);
   can_.poll(now());  // opens the adapter before the first frame
 }
 
-void Board::start(RtuServer& modbus) {
+void ModbusBoard::start(RtuServer& modbus) {
   modbus_ = &modbus;
-  modbus_uart_.start(settings_.modbus_baud);
+  modbus_uart_.start(modbus_baud_);
   for (const std::size_t interrupt : {kModbusReceive, kModbusTransmit})
     enable_interrupt(interrupt);
-  start();
+  Board::start();
 }
 
 void Board::sleep_until(Time due) {
@@ -69,12 +66,12 @@ void Board::sleep_until(Time due) {
   });
 }
 
-void Board::respond(std::span<const std::uint8_t> response) {
+void ModbusBoard::respond(std::span<const std::uint8_t> response) {
   response_ = response;
   pend_interrupt(kModbusTransmit);
 }
 
-Health Board::health(std::size_t /*network*/) {
+Health ModbusBoard::health(std::size_t /*network*/) {
   CanCounters can = can_.counters();
   can.lost += adapter_uart_.lost();
   return {.reset_cause = reset_cause_,
@@ -84,13 +81,13 @@ Health Board::health(std::size_t /*network*/) {
           .can = can};
 }
 
-void Board::on_modbus_received() {
+void ModbusBoard::on_modbus_received() {
   const std::uint32_t time = kFpga.read(kCounter);
   modbus_uart_.on_receive_interrupt([&](std::uint8_t byte) { modbus_->on_byte(byte, time); });
   sleep_.wake();
 }
 
-void Board::on_modbus_sent() {
+void ModbusBoard::on_modbus_sent() {
   modbus_uart_.on_transmit_interrupt([&](std::uint8_t& byte) {
     if (response_.empty()) {
       modbus_->on_sent();

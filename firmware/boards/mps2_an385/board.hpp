@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
 #include "boards/common/clock.hpp"
 #include "boards/common/cortex_m.hpp"
@@ -83,7 +84,37 @@ class Uart {
   volatile std::uint32_t lost_ = 0;
 };
 
-class Board final : public Hardware {
+/// A node at the adapter; a coprocessor is a ModbusBoard.
+class Board {
+ public:
+  /// `can_kbit_per_second`: one of slcan::kBitRates.
+  Board(std::uint32_t adapter_baud, std::uint16_t can_kbit_per_second)
+      : adapter_baud_(adapter_baud), can_(can_kbit_per_second) {}
+
+  /// Interrupts on.
+  void start();
+
+  CanPort& can() { return can_; }
+  Time now() { return clock_.now(kFpga.read(kCounter)); }
+  bool receive(std::size_t /*network*/, Frame& frame) { return can_.receive(frame); }
+  BusState bus_state(std::size_t /*network*/) { return can_.state(); }
+  /// Feeds the watchdog, and waits for an interrupt or until `due`, but not longer than Sleep::kLongest.
+  void sleep_until(Time due);
+
+  // Interrupts.
+  void on_adapter_received();
+  void on_adapter_sent();
+  void on_timer();
+
+ protected:
+  std::uint32_t adapter_baud_;
+  Uart adapter_uart_{Mmio(0x40005000)};
+  Clock clock_;
+  SlcanPort can_;
+  Sleep sleep_;
+};
+
+class ModbusBoard final : public Board, public Hardware {
  public:
   struct Settings {
     std::uint32_t modbus_baud, adapter_baud;
@@ -91,55 +122,45 @@ class Board final : public Hardware {
   };
 
   /// `cause`: of the last reset.
-  Board(const Settings& settings, regmap::ResetCause cause);
+  ModbusBoard(const Settings& settings, regmap::ResetCause cause)
+      : Board(settings.adapter_baud, settings.can_kbit_per_second),
+        modbus_baud_(settings.modbus_baud),
+        reset_cause_(cause) {}
 
-  /// Interrupts on; UART0 is not used.
-  void start();
   /// `modbus` gets the bytes of UART0.
   void start(RtuServer& modbus);
 
-  CanPort& can() { return can_; }
-  /// Feeds the watchdog, and waits for an interrupt or until `due`, but not longer than Sleep::kLongest.
-  void sleep_until(Time due);
-
   // Hardware.
-  Time now() override { return clock_.now(kFpga.read(kCounter)); }
-  bool receive(std::size_t /*network*/, Frame& frame) override { return can_.receive(frame); }
-  BusState bus_state(std::size_t /*network*/) override { return can_.state(); }
+  Time now() override { return Board::now(); }
+  bool receive(std::size_t network, Frame& frame) override { return Board::receive(network, frame); }
+  BusState bus_state(std::size_t network) override { return Board::bus_state(network); }
   void respond(std::span<const std::uint8_t> response) override;
   Health health(std::size_t network) override;
 
   // Interrupts.
   void on_modbus_received();
   void on_modbus_sent();
-  void on_adapter_received();
-  void on_adapter_sent();
-  void on_timer();
 
  private:
-  Settings settings_;
+  std::uint32_t modbus_baud_;
   regmap::ResetCause reset_cause_;
   Uart modbus_uart_{Mmio(0x40004000)};
-  Uart adapter_uart_{Mmio(0x40005000)};
-  Clock clock_;
-  SlcanPort can_;
   RtuServer* modbus_ = nullptr;
   std::span<const std::uint8_t> response_;  ///< the part still to be sent
-  Sleep sleep_;
 };
 
 /// The vector table of a program for the board, whose interrupts call `kBoard`.
 ///
 ///   [[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors =
 ///   mps2::vectors_of<board>();
-using Vectors = VectorTable<32>;
+using Vectors = VectorTable<kTimer + 1>;
 
-template <Board& kBoard, bool kHasModbus = true>
+template <auto& kBoard>
 constexpr Vectors vectors_of() {
   Vectors vectors;
   vectors.nmi = on_watchdog;
   vectors.interrupts.fill(fault_handler);
-  if constexpr (kHasModbus) {
+  if constexpr (std::is_same_v<decltype(kBoard), ModbusBoard&>) {
     vectors.interrupts[kModbusReceive] = [] { kBoard.on_modbus_received(); };
     vectors.interrupts[kModbusTransmit] = [] { kBoard.on_modbus_sent(); };
   }

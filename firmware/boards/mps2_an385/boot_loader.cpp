@@ -6,11 +6,10 @@ namespace {
 
 using namespace cbcan::boards;
 
-mps2::Board board({115'200, 115'200, 500}, mps2::take_reset_cause());
+mps2::Board board(115'200, 500);
 mps2::BootLoader<mps2::ProgramFlash> loader(board);
 
-[[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors =
-    mps2::vectors_of<board, false>();
+[[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors = mps2::vectors_of<board>();
 
 }  // namespace
 

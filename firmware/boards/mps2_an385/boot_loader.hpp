@@ -63,8 +63,8 @@ class BootLoader final : private Application {
   Flash flash_;
   Areas areas_{flash_, {.board = "mps2_an385", .control = control}};
   std::optional<ProgramDownload<Areas>> download_;  ///< if no program is started: it reads that of area 0
-  std::array<std::uint8_t, updatable::kDictionary.value_bytes> values_{};
-  std::array<std::uint8_t, updatable::kDictionary.largest_value> buffer_{};
+  std::array<std::uint8_t, updatable::kDictionary.value_bytes> values_;
+  std::array<std::uint8_t, updatable::kDictionary.largest_value> buffer_;
   Slave slave_{0, {updatable::kDictionary.entries, values_, {}, {}}, buffer_, *this, board_.can()};
 };
 

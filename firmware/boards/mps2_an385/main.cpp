@@ -10,7 +10,7 @@ namespace {
 using namespace cbcan;
 using namespace cbcan::boards;
 
-mps2::Board board(mps2::kBoardSettings, mps2::take_reset_cause());
+mps2::ModbusBoard board(mps2::kBoardSettings, mps2::take_reset_cause());
 Station<> station(board, {&board.can()}, mps2::kStationSettings);
 
 [[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors = mps2::vectors_of<board>();

@@ -6,15 +6,14 @@
 
 #include <algorithm>
 
-#include "boards/common/cortex_m.hpp"
 #include "boards/common/program_areas.hpp"
-#include "boards/common/registers.hpp"
+#include "boards/mps2_an385/board.hpp"
 
 namespace cbcan::boards::mps2 {
 
 struct ProgramFlash {
   static constexpr std::size_t kUnit = 32, kPage = 4096, kBytes = 32 * 1024;
-  static constexpr std::uint32_t kRunsAt = 0x10000, kHeaderAt = sizeof(VectorTable<32>);
+  static constexpr std::uint32_t kRunsAt = 0x10000, kHeaderAt = sizeof(Vectors);
 
   static std::span<std::uint8_t> area(std::size_t number) {
     return {reinterpret_cast<std::uint8_t*>(kRunsAt + number * kBytes), kBytes};

@@ -7,7 +7,7 @@
 
 namespace cbcan::boards::mps2 {
 
-inline constexpr Board::Settings kBoardSettings{115'200, 115'200, 500};
+inline constexpr ModbusBoard::Settings kBoardSettings{115'200, 115'200, 500};
 /// Modbus station 1, CANopen node 127. The gap suits an emulator on a loaded PC, and is shorter than clients'
 /// response timeouts; leave it out on a bench.
 inline constexpr Station<>::Settings kStationSettings{

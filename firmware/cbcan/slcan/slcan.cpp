@@ -2,7 +2,6 @@
 #include "cbcan/slcan/slcan.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace cbcan::slcan {
 
@@ -131,16 +130,9 @@ bool decode(std::string_view line, Frame& frame) {
 LineReader::Event LineReader::on_char(char c) {
   if (ended_) length_ = 0;
   ended_ = c == kEnd || c == kNo;
-  if (ended_) {
-    const bool too_long = std::exchange(too_long_, false);
-    if (c == kNo) return Event::kBell;
-    return too_long ? Event::kLost : Event::kLine;
-  }
-  if (c == '\n') return Event::kNone;
-  if (length_ < text_.size())
-    text_[length_++] = c;
-  else
-    too_long_ = true;
+  if (c == kNo) return Event::kBell;
+  if (c == kEnd) return length_ < text_.size() ? Event::kLine : Event::kLost;
+  if (c != '\n' && length_ < text_.size()) text_[length_++] = c;
   return Event::kNone;
 }
 
@@ -150,17 +142,11 @@ std::optional<BusState> decode_state(std::string_view line) {
   return std::nullopt;
 }
 
-std::size_t encode_open(std::uint16_t kbit_per_second, std::span<char, kMaxLine> out) {
-  const auto rate = std::find(kBitRates.begin(), kBitRates.end(), kbit_per_second);
-  if (rate == kBitRates.end()) return 0;
-  Writer writer(out.data());
-  writer.put("\r\r\r");
-  writer.put(kClose);
-  writer.put('S');
-  writer.put_hex(static_cast<std::uint32_t>(rate - kBitRates.begin()), 1);
-  writer.put(kEnd);
-  writer.put(kOpen);
-  return writer.length();
+OpenCommands encode_open(std::uint16_t kbit_per_second) {
+  OpenCommands commands{'\r', '\r', '\r', 'C', '\r', 'S', '0', '\r', 'O', '\r'};
+  const auto rate = std::ranges::find(kBitRates, kbit_per_second);
+  commands[6] = static_cast<char>('0' + (rate - kBitRates.begin()));
+  return commands;
 }
 
 }  // namespace cbcan::slcan

@@ -54,10 +54,9 @@ class LineReader {
   std::string_view line() const { return {text_.data(), length_}; }
 
  private:
-  std::array<char, kMaxLine - 1> text_{};
+  std::array<char, kMaxLine> text_;  ///< full = the line is too long
   std::uint8_t length_ = 0;
   bool ended_ = false;
-  bool too_long_ = false;
 };
 
 /// Bits of the response to the command F, two hexadecimal digits (LAWICEL, command F; the names are those of
@@ -65,10 +64,8 @@ class LineReader {
 namespace status {
 inline constexpr std::uint8_t kReceiveFull = 0x01;
 inline constexpr std::uint8_t kTransmitFull = 0x02;
-inline constexpr std::uint8_t kErrorWarning = 0x04;
 inline constexpr std::uint8_t kDataOverrun = 0x08;
 inline constexpr std::uint8_t kErrorPassive = 0x20;
-inline constexpr std::uint8_t kArbitrationLost = 0x40;
 inline constexpr std::uint8_t kBusError = 0x80;  ///< some error on the bus; not bus-off
 }  // namespace status
 
@@ -80,16 +77,15 @@ inline constexpr std::uint8_t kBusError = 0x80;  ///< some error on the bus; not
 ///                  drivers/net/can/slcan/slcan-core.c, slcan_bump_state)
 std::optional<BusState> decode_state(std::string_view line);
 
-inline constexpr std::string_view kClose = "C\r";
-inline constexpr std::string_view kOpen = "O\r";
 inline constexpr std::string_view kAskStatus = "F\r";
 
 /// The bit rate of command Sn, by n, in kbit/s.
 inline constexpr std::array<std::uint16_t, 9> kBitRates{10, 20, 50, 100, 125, 250, 500, 800, 1000};
 
-/// Writes the commands that open an adapter at `kbit_per_second`, whatever its state: three CR that end a
-/// partial command, C, Sn, O. Returns the length; 0 = not one of kBitRates. There is no need to wait for the
-/// responses; those before the last may be "no".
-std::size_t encode_open(std::uint16_t kbit_per_second, std::span<char, kMaxLine> out);
+/// The commands that open an adapter at `kbit_per_second`, one of kBitRates, whatever its state: three CR
+/// that end a partial command, C, Sn, O. There is no need to wait for the responses; those before the last
+/// may be "no".
+using OpenCommands = std::array<char, 10>;
+OpenCommands encode_open(std::uint16_t kbit_per_second);
 
 }  // namespace cbcan::slcan

@@ -4,14 +4,11 @@
 /// Connections from a simulated bus to a bus outside this program. Nothing here blocks, but for the look-up of a
 /// name when a connection is made.
 
-#include <cstdint>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include "base/address.hpp"
-#include "cbcan/frame.hpp"
 #include "cbcan/time.hpp"
 #include "io/loop/reactor.hpp"
 #include "io/loop/system.hpp"

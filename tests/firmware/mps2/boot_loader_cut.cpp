@@ -64,11 +64,10 @@ struct CutFlash : mps2::ProgramFlash {
   std::uint32_t writes_ = 0;
 };
 
-mps2::Board board({115'200, 115'200, 500}, mps2::take_reset_cause());
+mps2::Board board(115'200, 500);
 mps2::BootLoader<CutFlash> loader(board);
 
-[[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors =
-    mps2::vectors_of<board, false>();
+[[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors = mps2::vectors_of<board>();
 
 }  // namespace
 

@@ -18,7 +18,7 @@ std::uint32_t initialised = 0x12345678;
 std::uint32_t cleared[8];
 volatile std::uintptr_t null = 0;  // the compiler must not know
 
-mps2::Board board({115'200, 115'200, 500}, mps2::take_reset_cause());
+mps2::ModbusBoard board({115'200, 115'200, 500}, mps2::take_reset_cause());
 Station<> station(board, {&board.can()}, {});
 
 constexpr VectorTable<32> table() {

@@ -8,13 +8,13 @@ namespace {
 
 using namespace cbcan::boards;
 
-mps2::Board board({115'200, 115'200, 500}, mps2::take_reset_cause());
+mps2::Board board(115'200, 500);
 SlaveTask task(board);
 Ring<std::uint8_t, 8> queue;
 TaskFunction_t entry;
 
 [[gnu::section(".vectors"), gnu::used]] constinit const mps2::Vectors vectors = [] {
-  auto table = mps2::vectors_of<board, false>();
+  auto table = mps2::vectors_of<board>();
   table.interrupts[mps2::kAdapterReceive] = [] {
     board.on_adapter_received();
     task.notify();

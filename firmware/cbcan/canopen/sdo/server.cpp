@@ -212,9 +212,11 @@ AbortCode SdoServer::hand_over(std::size_t size, bool last) {
   stream_->last = last;
   const AbortCode refused = hold_if_later(answer);
   if (is_held() || refused != AbortCode::kNone) return refused;
-  stream_->crc = crc16(stream_->crc, piece);
   done_ -= size;
-  copy_bytes(buffer_.data() + size, buffer_.data(), done_);
+  if (kServices.block_transfer) {  // else nothing is left
+    stream_->crc = crc16(stream_->crc, piece);
+    copy_bytes(buffer_.data() + size, buffer_.data(), done_);
+  }
   stream_->offset += size;
   stream_->active = !last;
   return AbortCode::kNone;

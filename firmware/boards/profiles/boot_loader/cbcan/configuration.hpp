@@ -10,6 +10,7 @@ namespace cbcan {
 inline constexpr Services kServices = [] {
   Services services = kMinimalServices;
   services.sdo_server = services.streamed_downloads = true;
+  services.adapter_state = false;
   return services;
 }();
 

@@ -8,7 +8,7 @@
 
 namespace cbcan::boards::mps2 {
 
-inline constexpr Board::Settings kBoardSettings{115'200, 115'200, 500};
+inline constexpr ModbusBoard::Settings kBoardSettings{115'200, 115'200, 500};
 inline constexpr Station<>::Settings kStationSettings{
     .modbus = {.silence_us = 0, .gap_us = 250'000},
     .coprocessors = {{{.plc_timeout_ms = CBCAN_PLC_TIMEOUT_MS}}}};
