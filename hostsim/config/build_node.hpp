@@ -78,7 +78,7 @@ class EdsFiles {
  private:
   base::FileReader read_;
   using Key = std::tuple<std::string, std::string, std::vector<std::string>>;
-  std::map<Key, EdsFile> files_;  ///< by the arguments of find()
+  std::map<Key, EdsFile> files_;  ///< by path, text of the script, modules
 };
 
 /// "0x6401:2", "0x6200:1.7", "output:8": a number of a node; nullopt if the text is none.

@@ -55,14 +55,15 @@ std::string description_of(const NodeConfig& node) {
 
 const EdsFile* EdsFiles::find(const std::string& path, const std::string& beside,
                               const std::vector<base::Line>& modules) {
-  const Key key(path, beside, base::column(modules, &base::Line::text));
+  // The text of the script: one that could not be read, or has changed, counts as another.
+  const std::string script = beside.empty() ? std::string() : read_(beside).value_or(std::string());
+  const Key key(path, script, base::column(modules, &base::Line::text));
   auto file = files_.find(key);
   if (file == files_.end()) {
     std::optional<std::string> text = read_(path);
     if (text && devices::is_script(path)) text = devices::eds_of_script(path, *text);
-    const std::optional<std::string> script = beside.empty() ? std::nullopt : read_(beside);
     devices::ObjectChanges changes =
-        script ? devices::changes_of_script(beside, *script) : devices::ObjectChanges();
+        script.empty() ? devices::ObjectChanges() : devices::changes_of_script(beside, script);
     if (text)
       file = files_.emplace(key, EdsFile(path, std::move(*text), std::move(changes), std::get<2>(key))).first;
   }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
-#include <ranges>
 #include <tuple>
 
 #include "base/error.hpp"
@@ -244,14 +243,16 @@ std::uint64_t type_of(std::string_view module, const Types& types, const std::st
   for (const auto& [number, name] : types)
     if (number == parse_count(module) || base::same_text(name, module)) return number;
   if (types.empty()) throw ModuleError("modules: " + file + " has no [SupportedModules]");
-  throw ModuleError(base::to_utf8(fmt::format("modules: '{}' is not a module of {}; modules: {}", module,
-                                              file, fmt::join(std::views::values(types), ", "))));
+  const std::vector names = base::column(types, &Types::value_type::second);
+  throw ModuleError(base::to_utf8(
+      fmt::format("modules: '{}' is not a module of {}; modules: {}", module, file, fmt::join(names, ", "))));
 }
 
 /// The types in [ConnectedModules].
 std::vector<std::uint64_t> connected_in(const Section& list, const Types& types, ValueReader& values,
                                         Findings& findings) {
-  std::map<std::uint64_t, std::uint64_t> by_place;
+  using Places = std::map<std::uint64_t, std::uint64_t>;
+  Places by_place;
   for (const KeyValue& entry : list.entries) {
     const auto place = entry.value.empty() ? std::nullopt : parse_count(entry.key);
     if (!place) continue;
@@ -262,8 +263,7 @@ std::vector<std::uint64_t> connected_in(const Section& list, const Types& types,
       findings.error(entry.line, "there is no [M{}ModuleInfo], or the position is above {}: left out", *type,
                      kMostModules);
   }
-  const auto found = std::views::values(by_place);
-  return {found.begin(), found.end()};
+  return base::column(by_place, &Places::value_type::second);
 }
 
 }  // namespace

@@ -477,3 +477,11 @@ TEST_CASE("The reference's plant with signals is made of the demo plant's EDS fi
   for (const auto& node : config.networks.at(0).nodes)
     CHECK(NodeBuilder(read).build(node, node_seed(config, node)).problems.empty());
 }
+
+TEST_CASE("build: a script beside an EDS file counts as soon as it can be read") {
+  std::optional<std::string> script;
+  cbcan::config::EdsFiles files([&](const std::string& path) { return path == "x.eds" ? kEds : script; });
+  CHECK(files.find("x.eds", "x.lua")->description()->find(0x2001, 0) != nullptr);
+  script = "objects = { { index = 0x2001, access = 'none' } }";
+  CHECK(files.find("x.eds", "x.lua")->description()->find(0x2001, 0) == nullptr);
+}

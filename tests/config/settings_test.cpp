@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "config/plant_settings.hpp"
 
-#include "base/text.hpp"
 #include "support/catch.hpp"
 
 using namespace cbcan::config;

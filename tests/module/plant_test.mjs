@@ -43,7 +43,7 @@ it("size", () => {
 
 it("what is in the tarball, with a README that says how to use it", () => {
   const files = execFileSync("tar", ["-tzf", join(source, "build/module", tarball)], { encoding: "utf8" }).trim().split("\n");
-  const all = ["LICENSE", "README.md", "cbcan.mjs", "cbcan.wasm", "files.mjs", "index.d.mts", "index.mjs", "links.mjs", "package.json", "plant.d.mts", "plant.mjs"];
+  const all = ["LICENSE", "README.md", "cbcan.mjs", "cbcan.wasm", "eds.mjs", "files.mjs", "index.d.mts", "index.mjs", "links.mjs", "network.mjs", "package.json", "plant.d.mts", "plant.mjs"];
   assert.deepEqual(files, ["", ...all].map((name) => `package/${name}`));
   const readme = readFileSync(join(installed, "cbcan/README.md"), "utf8");
   for (const page of [readme, readFileSync(join(source, "docs/how-to/test-in-ci.md"), "utf8")]) assert.ok(page.includes(`npm install ./${tarball}`));

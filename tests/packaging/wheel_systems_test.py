@@ -69,7 +69,7 @@ class Systems(cases.Case):
         with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(WHEEL) as archive:
             archive.extractall(folder)
             programs = sorted(pathlib.Path(folder).glob("*.data/scripts/*"))
-            self.assertEqual([path.name for path in programs], ["cbcan-sim", "cbcanctl"])
+            self.assertEqual([path.name for path in programs], ["cbcan-eds", "cbcan-network", "cbcan-sim", "cbcanctl"])
             for program in programs:
                 self.assertNotRegex(run("readelf", "--wide", "--program-headers", "--dynamic", program), "INTERP|NEEDED")
             licences = next(pathlib.Path(folder).glob("*.dist-info/LICENSE")).read_text()

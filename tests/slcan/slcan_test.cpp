@@ -15,11 +15,6 @@ std::string encoded(const Frame& frame) {
   return {line.data(), slcan::encode(frame, line)};
 }
 
-std::string open_command(std::uint16_t kbit_per_second) {
-  const slcan::OpenCommands commands = slcan::encode_open(kbit_per_second);
-  return {commands.begin(), commands.end()};
-}
-
 /// The events of the reader for a text: each line in brackets, ! for a bell, ? for a lost line.
 struct Reading {
   slcan::LineReader reader;
@@ -60,7 +55,7 @@ TEST_CASE("A line that is too long is dropped whole") {
 }
 
 TEST_CASE("An adapter is opened at one of nine bit rates, from whatever state") {
-  CHECK(open_command(500) == "\r\r\rC\rS6\rO\r");
-  CHECK(open_command(10) == "\r\r\rC\rS0\rO\r");
-  CHECK(open_command(1000) == "\r\r\rC\rS8\rO\r");
+  CHECK(std::ranges::equal(slcan::encode_open(500), std::string_view("\r\r\rC\rS6\rO\r")));
+  CHECK(std::ranges::equal(slcan::encode_open(10), std::string_view("\r\r\rC\rS0\rO\r")));
+  CHECK(std::ranges::equal(slcan::encode_open(1000), std::string_view("\r\r\rC\rS8\rO\r")));
 }
