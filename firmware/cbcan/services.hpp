@@ -48,7 +48,7 @@ struct Services {
   bool counters =
       true;  ///< diagnostics such as SdoClient::counters(); counters of transactions are always there
 
-  bool adapter_state = true;  ///< of a serial CAN adapter, and counters; otherwise it always counts as active
+  bool adapter_state = true;  ///< and counters of a serial CAN adapter; without, it always is active
 
   /// Size of each queue (in and out) of a serial CAN adapter, in characters; a power of two. 1024 characters
   /// are about 40 frames.

@@ -17,7 +17,7 @@ bool SlcanPort::put(std::string_view line) {
 bool SlcanPort::try_send(const Frame& frame) {
   std::array<char, slcan::kMaxLine> line;
   const bool fits = put({line.data(), slcan::encode(frame, line)});
-  if (kServices.adapter_state) ++(fits ? counters_.sent : counters_.refused);
+  count(fits ? counters_.sent : counters_.refused);
   return fits;
 }
 
@@ -27,10 +27,10 @@ bool SlcanPort::receive(Frame& frame) {
   while (received_.pop(c)) {
     const Event event = reader_.on_char(c);
     if (event != Event::kNone) hear(event != Event::kBell);
-    if (event == Event::kBell || event == Event::kLost) counters_.errors += kServices.adapter_state;
+    if (event == Event::kBell || event == Event::kLost) count(counters_.errors);
     if (event != Event::kLine) continue;
     if (slcan::decode(reader_.line(), frame)) {
-      counters_.received += kServices.adapter_state;
+      count(counters_.received);
       return true;
     }
     if (kServices.adapter_state) on_line(reader_.line());

@@ -63,6 +63,9 @@ class SlcanPort final : public CanPort {
   bool put(std::string_view line);
   void on_line(std::string_view line);
   void hear(bool yes);
+  static void count(std::uint32_t& counter) {
+    if (kServices.adapter_state) ++counter;
+  }
 
   Ring<char, Queue::value> received_;
   Ring<char, Queue::value> to_send_;
