@@ -17,7 +17,7 @@ from simulator import Simulator, program_from_arguments, wait_until
 LOADER, CUT, FOLDER = program_from_arguments(), program_from_arguments(), pathlib.Path(program_from_arguments())
 CBCAN_SIM, CBCANCTL = program_from_arguments(), program_from_arguments()
 NODE = 0x42
-START, RESET = 1, 2  # 1F51h
+START, RESET, BOOT_UP = 1, 2, "742#00"
 DISTANCE = 1 if "CBCAN_LONG" in os.environ else 10  # of the writes of a copy that are cut
 PROGRAMS = {number: FOLDER / f"mps2_program_{number}.bin" for number in (1, 2, 3)}
 CRCS = {number: zlib.crc32(path.read_bytes()) for number, path in PROGRAMS.items()}
@@ -49,9 +49,6 @@ class BootLoader(cases.Case):
         crc = self.number(0x1F51) and self.number(0x1F56)
         return crc and next(number for number in CRCS if CRCS[number] == crc)
 
-    def until_runs(self, number):
-        wait_until(lambda: self.runs() == number, f"program {number}")
-
     def send(self, path):
         return self.ctl("program", NODE, path)
 
@@ -67,7 +64,9 @@ class BootLoader(cases.Case):
         wait_until(lambda: self.ctl("state", NODE).stdout.startswith(f"{NODE} Operational"), "Operational")
 
     def control(self, command):
+        before = self.sim.frames().count(BOOT_UP)
         self.assertEqual(self.ctl("write", NODE, 0x1F51, 1, command, "--type", "u8").returncode, 0)
+        wait_until(lambda: self.sim.frames().count(BOOT_UP) > before, "a restart")
 
     def test_a_program_is_on_trial_until_it_is_started_and_the_one_before_comes_back(self):
         self.board()
@@ -76,12 +75,12 @@ class BootLoader(cases.Case):
         self.update(1)
         self.confirm()
         self.control(RESET)
-        self.until_runs(1)
+        self.assertEqual(self.runs(), 1)
         self.update(2)
         self.confirm()
         self.update(3)
         self.control(RESET)
-        self.until_runs(2)
+        self.assertEqual(self.runs(), 2)
 
     def test_what_is_no_program_for_the_board_leaves_the_one_that_is_there(self):
         self.board()
@@ -95,7 +94,7 @@ class BootLoader(cases.Case):
                 done = self.send(self.folder / "image.bin")
                 self.assertEqual((done.returncode, done.stdout), (4, ""), done)
                 self.control(START)
-                self.until_runs(1)
+                self.assertEqual(self.runs(), 1)
 
     def test_a_power_cut_at_any_write_leaves_a_program_that_runs(self):
         mcu = self.board(CUT)

@@ -52,6 +52,7 @@ class Program(ctl.Case):
         image = self.write("image.bin", IMAGE)
         for faults, code, said in (
                 ('{ kind = "response-never", index = 0x1F51, after = 1, count = 1 }', DONE, ""),  # it restarts before it responds
+                ('{ kind = "response-other-specifier", specifier = 3, index = 0x1F51, after = 2, count = 1 }', DONE, ""),  # to the stop
                 ('{ kind = "power", after = 3, for_ms = 50, count = 1 }', DONE, ""),  # it restarts and loses the stop
                 ('{ kind = "refuse", index = 0x1F51, code = 0x08000022, after = 1, count = 3 }', DONE, ""),
                 ('{ kind = "refuse", index = 0x1F51, code = 0x08000022, after = 1, count = 4 }', REFUSED,

@@ -33,10 +33,10 @@ struct Update {
   void check(const Result& response, std::string_view step) const {
     if (response.code != 0) throw Refused(response, fmt::format("node {}: {}", node, step));
   }
-  /// The node does not respond, or has restarted before it did.
+  /// The node does not respond, has restarted before it did, or has responded to a request before this one.
   static bool is_silent(const Result& response) {
-    return response.abort_code == window::abort_code::kTimedOut ||
-           response.abort_code == static_cast<std::uint32_t>(AbortCode::kDeviceState);
+    const auto code = static_cast<AbortCode>(response.abort_code);
+    return code == AbortCode::kTimeOut || code == AbortCode::kDeviceState || code == AbortCode::kSync;
   }
   [[noreturn]] void fail(std::string_view why) const {
     say(fmt::format("node {}: {}", node, why));
