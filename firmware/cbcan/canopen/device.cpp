@@ -104,8 +104,8 @@ void Device::show(EmergencyCode code, bool present, Time now) {
 
 Time Device::poll(Time now) {
   slave_.poll(now);
-  if (kServices.stored_parameters && std::exchange(written_, false)) application_.on_written(now);
   if (slave_.state() == nmt::State::kInitialising) return deadline();
+  if (kServices.stored_parameters && std::exchange(written_, false)) application_.on_written(now);
   sync_.poll(now);
   if (kServices.process_data() && sync_->take()) pdo_->on_sync(sync_->counter(), sync_->window(), now);
   emergency_.poll(now);
