@@ -235,8 +235,8 @@ std::optional<sim::Point> find_point(sim::Node& node, std::string_view name, boo
                                      std::string& problem) {
   std::vector<sim::Point> points = node.points();
   if (is_read)
-    std::ranges::stable_partition(points,
-                                  [](const auto& each) { return each.kind != sim::Point::Kind::kInput; });
+    std::stable_partition(points.begin(), points.end(),
+                          [](const auto& each) { return each.kind != sim::Point::Kind::kInput; });
   std::vector<std::string> names;
   for (sim::Point& point : points) {
     std::ranges::replace(point.name, ' ', '-');
