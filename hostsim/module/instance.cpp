@@ -309,7 +309,10 @@ Json Instance::play(std::size_t place) {
       const std::string name = scenario::log_name(file, network);
       texts.push_back({name, ""});
       return std::make_shared<Log>(
-          [&texts, at = texts.size() - 1](const std::string& text) { texts[at][1] = text; }, since_1970_);
+          [&texts, at = texts.size() - 1](const std::string& text) {
+            texts[at][1].get_ref<std::string&>() += text;
+          },
+          since_1970_);
     };
   const config::Seeds seeds = run_.seeds.empty() ? config::Seeds{} : config::seeds_of(run_.seeds);
   scenario::SeedOutcomes outcomes;
