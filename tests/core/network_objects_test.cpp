@@ -59,25 +59,27 @@ TEST_CASE("an image is a concise DCF with the objects of each node together, and
     CHECK(objects.number(0x1F81, 6) == 1);
     CHECK_FALSE(objects.use(std::span<const std::uint8_t>(part).subspan(image.size())));  // erased
   }
-  SECTION("values of another length than their objects have") {
-    for (const Item& item : {Item{0x1F80, 0, {1}}, Item{0x1F81, 5, {5}}, Item{0x1F88, 5, Bytes(8)},
-                             Item{0x1F8A, 5, u32(1)}, Item{0x300B, 0, u32(1)}, Item{0x300A, 1, {5}},
-                             Item{0x300A, 1, {5, 0, 1}}, Item{0x300A, 1, Bytes(2 + 4 * 65)}}) {
-      INFO(std::hex << item.index << " " << item.value.size());
-      CHECK_FALSE(objects.use(std::span<const std::uint8_t>(image_of(concise({item})))));
-    }
-    CHECK(objects.use(std::span<const std::uint8_t>(image_of(concise({{0x300A, 1, Bytes(2 + 4 * 64)}})))));
-    // A PDO has 64 bits: 32 and 32 are one, 33 and 32 none, and 255, 255, 255 and 3 are not 0.
-    const auto mapping = [](std::initializer_list<std::uint8_t> lengths) {
-      Bytes value{5, 0};
-      for (const std::uint8_t bits : lengths)
-        value.insert(value.end(), {bits, 1, 0, 0x60});
-      return image_of(concise({{0x300A, 1, value}}));
-    };
-    CHECK(objects.use(std::span<const std::uint8_t>(mapping({32, 32}))));
-    CHECK_FALSE(objects.use(std::span<const std::uint8_t>(mapping({33, 32}))));
-    CHECK_FALSE(objects.use(std::span<const std::uint8_t>(mapping({255, 255, 255, 3}))));
+}
+
+TEST_CASE("an image with values of another length than their objects have is refused") {
+  NetworkObjects objects;
+  for (const Item& item : {Item{0x1F80, 0, {1}}, Item{0x1F81, 5, {5}}, Item{0x1F88, 5, Bytes(8)},
+                           Item{0x1F8A, 5, u32(1)}, Item{0x300B, 0, u32(1)}, Item{0x300A, 1, {5}},
+                           Item{0x300A, 1, {5, 0, 1}}, Item{0x300A, 1, Bytes(2 + 4 * 65)}}) {
+    INFO(std::hex << item.index << " " << item.value.size());
+    CHECK_FALSE(objects.use(std::span<const std::uint8_t>(image_of(concise({item})))));
   }
+  CHECK(objects.use(std::span<const std::uint8_t>(image_of(concise({{0x300A, 1, Bytes(2 + 4 * 64)}})))));
+  // A PDO has 64 bits: 32 and 32 are one, 33 and 32 none, and 255, 255, 255 and 3 are not 0.
+  const auto mapping = [](std::initializer_list<std::uint8_t> lengths) {
+    Bytes value{5, 0};
+    for (const std::uint8_t bits : lengths)
+      value.insert(value.end(), {bits, 1, 0, 0x60});
+    return image_of(concise({{0x300A, 1, value}}));
+  };
+  CHECK(objects.use(std::span<const std::uint8_t>(mapping({32, 32}))));
+  CHECK_FALSE(objects.use(std::span<const std::uint8_t>(mapping({33, 32}))));
+  CHECK_FALSE(objects.use(std::span<const std::uint8_t>(mapping({255, 255, 255, 3}))));
 }
 
 TEST_CASE("objects in RAM are added, replaced and removed") {

@@ -6,7 +6,6 @@ usage: consumer_test.py BUILD_DIR SIMULATOR
 """
 
 import itertools
-import os
 import pathlib
 import re
 import shutil
@@ -20,8 +19,6 @@ from tree import ROOT
 BUILD, SIMULATOR = program_from_arguments(2)
 COMPILERS = ["g++-12", "clang++-14"]
 NEWER = [name for name in ("g++-13", "g++-14", "clang++-16", "clang++-19") if shutil.which(name)]
-LONG = "CBCAN_LONG" in os.environ
-WITHOUT_HOST = () if LONG else ("-DCBCAN_HOST=OFF",)  # the programs take minutes
 PROFILES = ROOT / "firmware/boards/profiles"
 CCACHE = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
 PRINTED = {
@@ -68,11 +65,10 @@ class Consumer(cases.Case):
         self.build_and_run("-DHOW=find_package", f"-DCMAKE_PREFIX_PATH={self.prefix}", compilers=COMPILERS + NEWER)
         print("figure: examples/consumer was compiled with " + ", ".join(COMPILERS + NEWER))
 
-    if LONG:
-        def test_from_sources(self):
-            """With each compiler and in both ways; cbcan::sim, which takes a minute, once for each."""
-            self.build_and_run("-DHOW=FetchContent", f"-DFETCHCONTENT_SOURCE_DIR_CBCAN={ROOT}", compilers=COMPILERS, sim_with=["clang++-14"])
-            self.build_and_run("-DHOW=add_subdirectory", compilers=COMPILERS, sim_with=["g++-12"])
+    def test_from_sources(self):
+        """With each compiler and in both ways; cbcan::sim, which takes a minute, once for each."""
+        self.build_and_run("-DHOW=FetchContent", f"-DFETCHCONTENT_SOURCE_DIR_CBCAN={ROOT}", compilers=COMPILERS, sim_with=["clang++-14"])
+        self.build_and_run("-DHOW=add_subdirectory", compilers=COMPILERS, sim_with=["g++-12"])
 
     def find(self, components, *hidden, code=0):
         """CMake's output for find_package() if these packages are missing, and the targets that exist then."""
@@ -145,7 +141,7 @@ class Consumer(cases.Case):
             (source / "program.cpp").write_text(program)
             prefix = source / "installed"
             if how.startswith("find"):
-                whole, _ = self.configure(f"-DCBCAN_CONFIGURATION={profile}", *WITHOUT_HOST, source=ROOT)
+                whole, _ = self.configure(f"-DCBCAN_CONFIGURATION={profile}", source=ROOT)
                 run("cmake", "--build", whole)
                 run("cmake", "--install", whole, "--prefix", prefix)
                 self.assertIn("an installation has its own configuration",
