@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Several CAN networks, in the plant file and on the command line.
+#include "config/build_node.hpp"
 #include "plant_support.hpp"
 #include "support/catch.hpp"
 

@@ -18,7 +18,8 @@ constexpr auto kIndices = std::to_array<std::uint16_t>(
 void read_all(const NetworkObjects& objects) {
   objects.visit_own([&objects](const ConciseDcf::Entry& entry) {
     require(!NetworkObjects::is_network(entry.index), "own parameters are no objects of the network");
-    require(!entry.value.empty() || objects.find(entry.index, entry.sub).empty(), "an object is found");
+    const std::uint8_t* const found = objects.find(entry.index, entry.sub).data();
+    require(found != nullptr && found <= entry.value.data(), "an object is found, the first one of it");
   });
   for (const std::uint16_t index : kIndices)
     for (unsigned sub = 0; sub < 256; ++sub)

@@ -42,7 +42,7 @@ def run(*arguments, program=PROGRAM, code=0, limit=LIMIT):
 
 class Shipped(cases.Case):
     def test_no_fault_breaks_them(self):
-        output = run("--explore", "--together", TOGETHER, ROOT / "scenarios", limit=30 * LIMIT)
+        output = run("--explore", "--together", TOGETHER, ROOT / "scenarios", limit=None)  # ctest has one
         runs, broken = map(int, re.search(r"^runs: (\d+), broken: (\d+), distinct failures: 0$", output, re.MULTILINE).groups())
         self.assertEqual(broken, 0)
         self.assertGreater(runs, 1000)
