@@ -128,6 +128,11 @@ TEST_CASE("[NET-22] plc_lost = stop: the nodes are stopped, and started after th
   }
 }
 
+TEST_CASE("[NET-22] plc_lost = stop: a node that is lost may still run, and is stopped") {
+  Running network(kStop);
+  network.pass(1s).expect("000#0205");
+}
+
 TEST_CASE("[PLC-7] who keeps the PLC alive") {
   Window window(with_timeout());
   CONTRACT_NEEDS(window, Ability::kSecondClient);
@@ -303,6 +308,9 @@ TEST_CASE("[REQ-1] [REQ-2] requests to nodes") {
                                                                            {0x0280, "000#0100"}}));
     CHECK(request(word) == Words{0, 0});
     network.expect(frame);
+  }
+  SECTION("NMT of the own node") {
+    CHECK((request(0x037F) == Words{0, 0} && (network.of(0) & 0xFF) == 4));
   }
   SECTION("boot again") {
     CHECK(request(0x0105) == Words{0, 0});

@@ -51,6 +51,14 @@ TEST_CASE("a keep-alive node that is not Operational is configured") {
   rig.expect("605#2B17100064000000");
 }
 
+TEST_CASE("without further channels a request of the PLC goes between two of the manager's") {
+  ManagerRig rig(node_5());
+  begin(rig);
+  rig.arrive("705#00").expect("605#4000100000000000");
+  rig.request({5055, 5, 0x2000, 0, 4}).expect_silence();
+  rig.arrive("585#4300100091010F00").expect("605#4000200000000000");
+}
+
 TEST_CASE("defaults are restored, and the node is reset before it is configured") {
   ManagerRig rig(node_5(5, {kWrites, {0x1F8A, 5, u8(1)}}));
   begin(rig);

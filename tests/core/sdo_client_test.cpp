@@ -80,7 +80,7 @@ TEST_CASE(
 
 TEST_CASE("SDO client: nothing is asked for that the memory has no room for") {
   WiredClient client;
-  client.start(kRead, kAuto, WiredClient::kRoom + 1).expect_silence();
+  client.start(kRead, kAuto, static_cast<std::uint16_t>(client.client.data().size() + 1)).expect_silence();
   CHECK(client.client.error() == AbortCode::kReadLength);
 }
 

@@ -13,6 +13,7 @@ TEST_CASE("Cancelled between the last response and the result: R3700 keeps what 
   CHECK(bench.reg(3700) == 0);
   bench.poll().expect_silence();
   CHECK(bench.coprocessor.counters().cancelled == 1);
+  CHECK(!cbcan::ScannerWindow().waiting());
 }
 
 TEST_CASE("A request that still waits when another has ended at once is begun by a poll that is due now") {

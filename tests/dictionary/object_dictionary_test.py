@@ -53,10 +53,8 @@ class ObjectDictionary(cases.Case):
                              (("x.eds", "y.eds"), "y.eds: one word too many; usage: cbcan-eds [OPTION...] FILE; see cbcan-eds --help")):
             self.assertEqual(output_and_errors(PROGRAM, *words, code=2), f"cbcan-eds: {error}\n")
         done(*self.configure("drive.v2.eds", "Ninja"))
-        self.assertIn("drive.v2: no name of a C++ namespace; write --name NAME",
-                      output_and_errors("cmake", "--build", self.build, code=1))
-        self.assertIn("device: write NAME and the header's name",
-                      output_and_errors(*self.configure("drive.eds", "Ninja", "device"), code=1))
+        self.assertIn("drive.v2: no name of a C++ namespace; write --name NAME", output_and_errors("cmake", "--build", self.build, code=1))
+        self.assertIn("device: write NAME and the header's name", output_and_errors(*self.configure("drive.eds", "Ninja", "device"), code=1))
 
     def test_macros(self):
         """What a compiler defines before it reads a line is refused; any other macro is named by the header itself."""

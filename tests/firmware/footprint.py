@@ -4,7 +4,7 @@
 
 Those of boards are complete, the others lack startup code. RAM includes the stack and the PLC's registers.
 
-usage: footprint.py BUILD_DIR_M0PLUS BUILD_DIR_M3 BUILD_DIR_M4
+usage: footprint.py size|boards BUILD_DIR_M0PLUS BUILD_DIR_M3 BUILD_DIR_M4
 """
 
 import pathlib
@@ -15,10 +15,11 @@ import sys
 from limits import LIMITS
 
 IMAGES, BOARDS, LEAST = "tests/firmware/images", "firmware/boards", 3000
-FILES = {f"{IMAGES}/{name}": name for name in ("sdo_client", "master", "coprocessor", "coprocessor_with_manager", "canopen_services_plain", "canopen_services_lto", "device_plain", "device_lto")}
-FILES |= {f"{BOARDS}/mps2_an385/cbcan_mps2_{name}.elf": name for name in ("minimal", "process_data", "boot_loader")}
-FILES |= {f"{BOARDS}/pico/cbcan_{name}.elf": name for name in ("pico", "pico_slave")}
-FILES |= {f"{BOARDS}/mps2_an385/cbcan_mps2_an385.elf": "image", f"{BOARDS}/stm32f4/cbcan_stm32f4.elf": "stm32f4", f"{BOARDS}/stm32g4/cbcan_stm32g4.elf": "stm32g4"}
+FILES = {
+    "size": {**{f"{IMAGES}/{name}": name for name in ("sdo_client", "master", "coprocessor", "coprocessor_with_manager", "canopen_services_plain", "canopen_services_lto", "device_plain", "device_lto")},
+             **{f"{BOARDS}/mps2_an385/cbcan_mps2_{name}.elf": name for name in ("minimal", "process_data")}},
+    "boards": {f"{BOARDS}/mps2_an385/cbcan_mps2_boot_loader.elf": "boot_loader", f"{BOARDS}/mps2_an385/cbcan_mps2_an385.elf": "image",
+               **{f"{BOARDS}/{name}/cbcan_{name}.elf": name for name in ("pico", "stm32f4", "stm32g4")}, f"{BOARDS}/pico/cbcan_pico_slave.elf": "pico_slave"}}
 
 
 def size(*arguments):
@@ -26,21 +27,22 @@ def size(*arguments):
 
 
 def main():
-    m0plus, m3, m4 = map(pathlib.Path, sys.argv[1:])
+    group, m0plus, m3, m4 = sys.argv[1], *map(pathlib.Path, sys.argv[2:])
+    files, limits = FILES[group], LIMITS[group]
     folders = {"stm32f4": m4, "stm32g4": m4, "pico": m0plus, "pico_slave": m0plus}
-    good = sorted(FILES.values()) == sorted(LIMITS["size"])
-    for file, name in FILES.items():
+    good = sorted(files.values()) == sorted(limits)
+    for file, name in files.items():
         image = folders.get(name, m3) / file
         text, data, bss = map(int, size(image).splitlines()[-1].split()[:3])
         for kind, reached in {"text": text + data, "ram": data + bss}.items():
-            print(f"figure: size.{name}.{kind} {reached}, at most {LIMITS['size'][name][kind]}")
-            good &= reached <= LIMITS["size"][name][kind]
+            print(f"figure: {group}.{name}.{kind} {reached}, at most {limits[name][kind]}")
+            good &= reached <= limits[name][kind]
         for stack in re.findall(r"^\.stack +(\d+)", size("-A", image), re.MULTILINE):
-            print(f"figure: size.{name}.stack {stack}")
+            print(f"figure: {group}.{name}.stack {stack}")
         if text < LEAST:
             sys.exit(f"{image}: only {text} bytes of text: it is not all there")
-    # All functions of the library; an image links fewer.
-    print(f"figure: size.canopen.text {size('-t', m3 / 'firmware' / 'libcbcan_canopen.a').splitlines()[-1].split()[0]}")
+    if group == "size":  # all functions of the library; an image links fewer
+        print(f"figure: size.canopen.text {size('-t', m3 / 'firmware' / 'libcbcan_canopen.a').splitlines()[-1].split()[0]}")
     sys.exit(0 if good else 1)
 
 

@@ -26,8 +26,7 @@ CRCS = {number: zlib.crc32(path.read_bytes()) for number, path in PROGRAMS.items
 class BootLoader(cases.Case):
     def board(self, image=LOADER):
         self.sim = Simulator(CBCAN_SIM, "--slcan", "127.0.0.1:0", test=self)
-        mcu = Mcu(image, can=f"tcp:{self.sim.where['slcan']},nodelay=on",
-                  options=("-semihosting-config", f"enable=on,target=native,arg={DISTANCE}"))
+        mcu = Mcu(image, can=f"tcp:{self.sim.where['slcan']},nodelay=on", options=("-semihosting-config", f"enable=on,target=native,arg={DISTANCE}"))
         self.addCleanup(lambda: mcu.process.poll() is None and mcu.stop())
         self.ready()
         return mcu

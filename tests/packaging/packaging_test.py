@@ -118,8 +118,7 @@ class Packaging(cases.Case):
 
     def test_zephyr(self):
         module = (ROOT / "zephyr/module.yml").read_text()
-        self.assertEqual(re.findall(r"^(?:name|  cmake|  kconfig): (.*)$", module, re.MULTILINE),
-                         ["cbcan", "zephyr", "zephyr/Kconfig"])
+        self.assertEqual(re.findall(r"^(?:name|  cmake|  kconfig): (.*)$", module, re.MULTILINE), ["cbcan", "zephyr", "zephyr/Kconfig"])
         self.assertRegex((ROOT / "zephyr/Kconfig").read_text(), r"(?m)^config CBCAN$")
         kconfig = (ROOT / "zephyr/Kconfig").read_text()
         self.assertRegex(kconfig, r"(?m)^config CBCAN_CONFIGURATION$")

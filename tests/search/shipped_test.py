@@ -42,7 +42,8 @@ def run(*arguments, program=PROGRAM, code=0):
 
 class Shipped(cases.Case):
     def test_no_fault_breaks_them(self):
-        output = output_and_errors(PROGRAM, "run", "--explore", "--together", TOGETHER, ROOT / "scenarios")  # ctest has a limit
+        scenarios = [path for path in sorted((ROOT / "scenarios").glob("*.toml")) if TOGETHER == "1" or path.name != "encoder.toml"]  # its cyclic PDOs make 349,000 pairs
+        output = output_and_errors(PROGRAM, "run", "--explore", "--together", TOGETHER, *scenarios)  # ctest has a limit
         runs, broken = map(int, re.search(r"^runs: (\d+), broken: (\d+), distinct failures: 0$", output, re.MULTILINE).groups())
         self.assertEqual(broken, 0)
         self.assertGreater(runs, 1000)
@@ -69,21 +70,13 @@ class Shipped(cases.Case):
         self.assertEqual(state.read_bytes(), before)  # nothing was left to run
         return output, junit.read_text(), sum(runs)
 
-    def test_parts_joined_are_the_whole(self):
-        arguments = ("--faults", "silent,refuse,request-lost,abort,cut", ROOT / "scenarios/node_replaced.toml", ROOT / "scenarios/cancel.toml")
-        junit = self.folder / "whole.xml"
-        whole = run("--explore", "--junit", junit, *arguments)
-        runs = int(re.search(r"^runs: (\d+)", whole, re.MULTILINE)[1])
-        for count in (1, 4, 100):
-            self.assertEqual(self.joined(count, *arguments), (whole, junit.read_text(), runs))
-
     def test_pairs_in_parts_are_the_whole_and_no_run_is_made_twice(self):
-        arguments = ("--together", "2", ROOT / "scenarios/cancel.toml")
+        arguments = ("--together", "2", ROOT / "scenarios/cancel.toml", ROOT / "scenarios/checks.toml")
         junit = self.folder / "whole.xml"
         whole = run("--explore", "--junit", junit, *arguments)
         runs = int(re.search(r"^runs: (\d+)", whole, re.MULTILINE)[1])
         self.assertGreater(runs, 100)
-        for count in (3, 100):
+        for count in (1, 3, 100):
             self.assertEqual(self.joined(count, *arguments), (whole, junit.read_text(), runs))
 
     def test_parts_of_another_scenario_are_refused_by_name(self):

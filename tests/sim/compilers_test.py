@@ -20,8 +20,7 @@ def digest(program):
 
 class Compilers(cases.Case):
     def test_the_frames_are_those_of_the_other_compiler(self):
-        done("cmake", "-S", ROOT, "-B", self.folder, "-G", "Ninja", "-DCBCAN_TESTS=ON", "-DCMAKE_BUILD_TYPE=Release",
-             f"-DCMAKE_CXX_COMPILER={OTHER}")
+        done("cmake", "-S", ROOT, "-B", self.folder, "-G", "Ninja", "-DCBCAN_TESTS=ON", "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_CXX_COMPILER={OTHER}")
         done("cmake", "--build", self.folder, "--target", "sim_network_test")
         other = digest(f"{self.folder}/tests/sim/sim_network_test")
         self.assertEqual(len(other), 1)

@@ -137,8 +137,7 @@ class StoredParameters(cases.Case):
                     self.assertEqual(window.abort_code(), 0x08000020)
                 self.assertEqual(window.execute(WRITE, 0, 0x3003, 0, 2, 77), 0)
         self.assertEqual(simulator.stop()[0], 0)
-        self.assertEqual([file.read_text().splitlines()[2:] for file in self.files],
-                         [["1017:00 = E803", "3003:00 = 6400"], ["1017:00 = D007"]])
+        self.assertEqual([file.read_text().splitlines()[2:] for file in self.files], [["1017:00 = E803", "3003:00 = 6400"], ["1017:00 = D007"]])
         simulator = self.start()
         for unit, values in ((1, [1000, 100]), (2, [2000, 1000]), (3, [0, 1000])):
             with simulator.window(unit) as window:

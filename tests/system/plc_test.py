@@ -209,8 +209,7 @@ class OnALine(cases.Case):
             self.assertEqual(os.read(master, 100), read_all)
             os.write(master, with_crc("09038C" + "0000" * 70))
             self.assertEqual(os.read(master, 100), read_all)
-            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc {device}: no response; it is retried",
-                                                  f"cbcan-sim: plc {device}: answers again"])
+            self.assertEqual(simulator.errors(), [f"cbcan-sim: plc {device}: no response; it is retried", f"cbcan-sim: plc {device}: answers again"])
 
     def test_requests_one_after_the_other(self):
         line = SerialLine()

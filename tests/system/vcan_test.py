@@ -71,8 +71,7 @@ class OnVcan(cases.Case):
         self.assertEqual(self.window.execute(READ, 0x42, 0x6411, 1, 2), 0)
         self.assertEqual(self.window.read(3705, 2), [2, 300])
         self.assertEqual(self.window.execute(WRITE, 0, 0x1F82, 128, 0, 5), 0)
-        witness.wait_for("642#2B1164012C010000", "5C2#6011640100000000", "642#4011640100000000",
-                         "5C2#4B1164012C010000", "000#0100")
+        witness.wait_for("642#2B1164012C010000", "5C2#6011640100000000", "642#4011640100000000", "5C2#4B1164012C010000", "000#0100")
 
     def test_simulated_nodes_response_cansend(self):
         self.start("--demo")

@@ -136,8 +136,7 @@ class ManyNodes(Nodes):
         for options in ("--network", "--eds .", "--eds . --network --json"):
             self.assertEqual((done := run(self.place, "scan", *options.split())).returncode, USAGE)
             self.assertIn(told, done.stderr)
-        self.check(f"scan --eds {self.folder} --network", "", USAGE,
-                   f"cbcanctl: {self.folder}: no EDS file that can be used in this folder\n")
+        self.check(f"scan --eds {self.folder} --network", "", USAGE, f"cbcanctl: {self.folder}: no EDS file that can be used in this folder\n")
 
     def test_a_dump_is_a_plan(self):
         for node, name in FILES.items():

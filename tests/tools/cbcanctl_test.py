@@ -157,8 +157,7 @@ class WithSimulator(Case):
                    "cbcanctl: 0601 0000h ABORT_NO_SEGMENT: unsupported access to the object, or segmented transfer not "
                    "supported\n")
         self.check_settings(777, 2)
-        self.check("--timeout 50 read 99 0x1000 0 --mode block", "", ABSENT,
-                   "cbcanctl: node 99: 0504 0000h ABORT_TIME_OUT: SDO service timed out\n")
+        self.check("--timeout 50 read 99 0x1000 0 --mode block", "", ABSENT, "cbcanctl: node 99: 0504 0000h ABORT_TIME_OUT: SDO service timed out\n")
         self.check_settings(777, 2)
 
     def test_settings_are_put_back_after_an_interrupt(self):
@@ -293,8 +292,7 @@ class Usage(cases.Case):
                                 ("--jsno state 1", "--jsno: no such option; did you mean --json?"),
                                 ("--zzzzzz state 1", "--zzzzzz: no such option")):
             done = run(1, *arguments.split())
-            self.assertEqual((done.returncode, done.stdout, done.stderr),
-                             (USAGE, "", f"cbcanctl: {told}; cbcanctl --help shows all\n"))
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (USAGE, "", f"cbcanctl: {told}; cbcanctl --help shows all\n"))
 
 
 class Coprocessor(OwnedRegisters):
@@ -393,8 +391,7 @@ class WithCoprocessor(Case):
                         '"bits": [], "data": "00 00 00 00 00"}\n', "--json")
 
     def test_a_coprocessor_without_the_object(self):
-        self.check_with(lambda *_: 0x06020000, "emcy 5", "", REFUSED,
-                   "cbcanctl: 3005h of the coprocessor: 0602 0000h ABORT_NO_OBJ: no such object\n")
+        self.check_with(lambda *_: 0x06020000, "emcy 5", "", REFUSED, "cbcanctl: 3005h of the coprocessor: 0602 0000h ABORT_NO_OBJ: no such object\n")
         self.check_with(lambda *_: b"\x01\x02", "kernel", "", NO_CONNECTION,
                    "cbcanctl: 3002h of the coprocessor: 2 bytes instead of 1: this is no CBCAN window\n")
 

@@ -54,9 +54,9 @@ std::uint8_t NetworkStatus::state_of(std::uint8_t node) const {
 std::uint16_t NetworkStatus::step_of(std::uint8_t node) const {
   const Manager::Phase phase = manager_.phase(node);
   const char letter = manager_.failure(node).letter;
-  const bool waits = phase == Manager::Phase::kWait || node == 0 ||
-                     (letter == Manager::kAlike && Manager::is_looked_for(phase));
-  if (letter != 0 && (waits || phase == Manager::Phase::kFailed)) return static_cast<std::uint8_t>(letter);
+  const bool alike = letter == Manager::kAlike && Manager::is_looked_for(phase);
+  const bool tried = phase == Manager::Phase::kWait || phase == Manager::Phase::kFailed || node == 0;
+  if (alike || (letter != 0 && tried)) return static_cast<std::uint8_t>(letter);
   return kSteps[static_cast<std::size_t>(phase)];
 }
 

@@ -198,6 +198,9 @@ TEST_CASE("1010h: full, and flash that does not work") {
   CHECK(saves == 31);  // of two times 16 KB: 127 * 8 + 6 and the board's settings, 12, each time
   board.on();
   CHECK(board.get(0x1017, 0) == saves - 1u);
+  board.store->allow_erase(true);
+  for (saves = 0; saves < 62; ++saves)
+    board.command(0x1010, 1, kSave).check_done();
   board.put(0x1017, 0, 2, 500);
   board.flash.defective = true;
   board.command(0x1010, 1, kSave).check_failed(0x06060000);

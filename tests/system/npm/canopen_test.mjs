@@ -115,8 +115,7 @@ test("EDS files of the demo plant", () => {
   assert.equal(io.getEmcyCobId(), 0xc2);
   assert.deepEqual(io.getReceivePdos().map((pdo) => [pdo.cobId, pdo.dataSize]), [[0x242, 1], [0x342, 4]]);
   assert.deepEqual(io.getTransmitPdos().map((pdo) => [pdo.cobId, pdo.dataSize]), [[0x1c2, 1], [0x2c2, 4]]);
-  assert.deepEqual(description(DRIVE).getTransmitPdos().map((pdo) => [pdo.cobId, pdo.dataSize]),
-                   [[0x185, 2], [0x285, 3], [0x385, 6], [0x485, 6]]);
+  assert.deepEqual(description(DRIVE).getTransmitPdos().map((pdo) => [pdo.cobId, pdo.dataSize]), [[0x185, 2], [0x285, 3], [0x385, 6], [0x485, 6]]);
   assert.equal(description(TRANSDUCER).getTransmitPdos()[0].dataObjects[0].parameterName, "Pressure");
 });
 
