@@ -199,7 +199,7 @@ TEST_CASE("1010h: full, and flash that does not work") {
   board.on();
   CHECK(board.get(0x1017, 0) == saves - 1u);
   board.store->allow_erase(true);
-  for (saves = 0; saves < 62; ++saves)
+  for (saves = 0; saves < 62; board.put(0x1017, 0, 2, ++saves))
     board.command(0x1010, 1, kSave).check_done();
   board.put(0x1017, 0, 2, 500);
   board.flash.defective = true;
