@@ -5,14 +5,12 @@ scenarios with a client at each server, on a manual clock. Either the program co
 values right, or it ends with one line and an exit code. It never hangs, and no client ever gets a wrong value.
 
 One scenario has the servers, one a serial line and a PLC that owns the registers, one HTTP, a Lua script and a second channel; in the last
-one the calls are those of `cbcanctl configure`. Only every 7th or 37th allocation fails, unless CBCAN_LONG
-is set.
+one the calls are those of `cbcanctl configure`.
 """
 
 import errno
 import functools
 import multiprocessing
-import os
 import pathlib
 import shutil
 import tempfile
@@ -33,7 +31,6 @@ def run_failing(scenario, failing):
 class EachCall:
     """All cases of one scenario."""
 
-    stride = 7
     errors = {}
 
     @classmethod
@@ -57,7 +54,7 @@ class EachCall:
 
     def test_each_allocation(self):
         """None in a program with AddressSanitizer, which has its own allocator."""
-        self.check([("malloc", k, errno.ENOMEM) for k in range(1, self.calls.get("malloc", 0) + 1, 1 if "CBCAN_LONG" in os.environ else self.stride)])
+        self.check([("malloc", k, errno.ENOMEM) for k in range(1, self.calls.get("malloc", 0) + 1)])
 
 
 class ServersForClients(EachCall, cases.Case):
@@ -71,12 +68,10 @@ class WithPlcAndLine(EachCall, cases.Case):
 class WithHttpAndScript(EachCall, cases.Case):
     scenario = Web
     errors = {"send": [errno.EPIPE]}  # libmicrohttpd waits for an edge, which comes after a full buffer but not after this error
-    stride = 37
 
 
 class OfConfigure(EachCall, cases.Case):
     scenario = Configure
-    stride = 37
 
 
 cases.main()
