@@ -136,7 +136,8 @@ struct HttpServer::Callbacks {
                             MHD_ConnectionNotificationCode what) {
     auto& server = *static_cast<HttpServer*>(self);
     if (what == MHD_CONNECTION_NOTIFY_STARTED) {
-      *kept = &server.clients_.emplace_back(Client{connection, Reactor::now()});
+      server.clients_.back().connection = connection;
+      *kept = &server.clients_.back();
       return;
     }
     std::erase_if(server.clients_, [&](const Client& client) { return client.connection == connection; });
@@ -219,13 +220,12 @@ HttpServer::HttpServer(Reactor& reactor, const base::ListenAddress& listen, bool
 /// The library closes a socket that it does not accept.
 void HttpServer::adopt(Descriptor socket) {
   const sockaddr_storage nobody{};
+  clients_.push_back({nullptr, Reactor::now()});  // here: no exception may pass through the library
   if (MHD_add_connection(daemon_.get(), socket.release(), reinterpret_cast<const sockaddr*>(&nobody),
-                         sizeof nobody) != MHD_YES)
-    throw EnvironmentError("there is no memory for it");
-}
-
-std::size_t HttpServer::clients() const {
-  return MHD_get_daemon_info(daemon_.get(), MHD_DAEMON_INFO_CURRENT_CONNECTIONS)->num_connections;
+                         sizeof nobody) == MHD_YES)
+    return;
+  std::erase_if(clients_, [](const Client& client) { return client.connection == nullptr; });
+  throw EnvironmentError("there is no memory for it");
 }
 
 /// The daemon must not be stopped with suspended connections.
