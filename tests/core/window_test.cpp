@@ -13,6 +13,9 @@ TEST_CASE("Cancelled between the last response and the result: R3700 keeps what 
   CHECK(bench.reg(3700) == 0);
   bench.poll().expect_silence();
   CHECK(bench.coprocessor.counters().cancelled == 1);
+}
+
+TEST_CASE("Without a scanner window no request of it waits") {
   CHECK(!cbcan::ScannerWindow().waiting());
 }
 

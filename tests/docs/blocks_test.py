@@ -278,7 +278,6 @@ class Pages:
                     self.run("cc", "-Wall", "-Wextra", "-Werror", "-o", "three", path.name, *flags, cwd=folder)
                 if (printed := self.with_plant(*command, cwd=folder)) != expected:
                     yield f"examples/clients/{path.name} prints, other than {page.name} says:\n{printed}"
-
         with tempfile.TemporaryDirectory() as folder:  # the flow begins with a write, of which it shows the value too
             if (printed := self.with_plant("node", "node_red.mjs", ROOT / "examples/node_red.json", folder, cwd=NPM)).splitlines()[1:] != expected.splitlines():
                 yield f"examples/node_red.json shows, other than {page.name} says:\n{printed}"

@@ -199,8 +199,10 @@ TEST_CASE("1010h: full, and flash that does not work") {
   board.on();
   CHECK(board.get(0x1017, 0) == saves - 1u);
   board.store->allow_erase(true);
-  for (saves = 0; saves < 62; board.put(0x1017, 0, 2, ++saves))
+  for (saves = 1; saves <= 62; ++saves) {
+    board.put(0x1017, 0, 2, saves);
     board.command(0x1010, 1, kSave).check_done();
+  }
   board.put(0x1017, 0, 2, 500);
   board.flash.defective = true;
   board.command(0x1010, 1, kSave).check_failed(0x06060000);
