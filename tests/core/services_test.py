@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: MIT
 """firmware/cbcan/services.hpp: the portable firmware with each switch off alone, and programs that a set of services does not allow.
 
-All sources of a build are one translation unit, so anonymous names differ. With CBCAN_LONG both compilers make a program of it.
+All sources of a build are one translation unit, so anonymous names differ. Both compilers make a program of it.
 """
 
-import os
 import pathlib
 import re
 import subprocess
@@ -21,8 +20,7 @@ FIRMWARE = ROOT / "firmware"
 SOURCES = [path for room in ("canopen", "coprocessor", "slcan") for path in sorted((FIRMWARE / "cbcan" / room).rglob("*.cpp"))]
 SOURCES += [FIRMWARE / "boards/common" / f"{name}.cpp" for name in ("parameter_store", "record_log", "slcan_port", "station")]
 MODBUS = sorted((FIRMWARE / "cbcan/modbus").glob("*.cpp"))  # the station's, with no switches
-LONG = "CBCAN_LONG" in os.environ
-COMPILERS = ("clang++-14", "g++-12") if LONG else ("clang++-14",)
+COMPILERS = ("clang++-14", "g++-12")[:1 + cases.LONG]
 FLAGS = ["-std=c++20", "-Wall", "-Wextra", "-Werror"]
 
 
@@ -44,13 +42,13 @@ class Services(cases.Case):
         return subprocess.run([compiler, *FLAGS, f"-I{place}", f"-I{FIRMWARE}", f"-I{ROOT}/regmap/include", *(["-o", place / "program", *options] if options else ["-fsyntax-only"]),
                                place / "program.cpp"], capture_output=True, text=True).stderr
 
+    @cases.in_long
     def test_each_switch_alone(self):
         everything = "".join(f'#include "{path}"\n' for path in SOURCES) + "int main() {}\n"
-        builds = [(compiler, ["-O1", *MODBUS] if LONG else []) for compiler in COMPILERS]
         self.assertGreaterEqual(len(switches()), 13)
-        jobs = [(services, *build) for services in switches() for build in builds]
+        jobs = [(services, compiler) for services in switches() for compiler in COMPILERS]
         with ThreadPoolExecutor(2) as pool:
-            said = pool.map(lambda job: self.compile(job[0], everything, *job[2], compiler=job[1]), jobs)
+            said = pool.map(lambda job: self.compile(job[0], everything, "-O1", *MODBUS, compiler=job[1]), jobs)
             for job, errors in zip(jobs, said):
                 with self.subTest(services=job[0], compiler=job[1]):
                     self.assertEqual(errors, "")

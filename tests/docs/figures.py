@@ -20,7 +20,7 @@ sys.path.insert(0, str(ROOT / "tests/support"))
 import page_blocks
 
 # Each group, and the compiler that its figures depend on; the pages have those of version 12.
-GROUPS = {"x86": "g++", "m3": "arm-none-eabi-g++", "size": "arm-none-eabi-g++", "boards": "arm-none-eabi-g++", "cores": "arm-none-eabi-g++", "host": "g++", "plant": None, "tr308": None}
+GROUPS = {"x86": "g++", "m3": "arm-none-eabi-g++", "size": "arm-none-eabi-g++", "cores": "arm-none-eabi-g++", "host": "g++", "plant": None, "tr308": None}
 VERSION = "12"
 INSTRUCTIONS, MOST_AWAY = ("x86", "m3", "host"), 0.1
 

@@ -4,7 +4,7 @@
 
 Those of boards are complete, the others lack startup code. RAM includes the stack and the PLC's registers.
 
-usage: footprint.py size|boards BUILD_DIR_M0PLUS BUILD_DIR_M3 BUILD_DIR_M4
+usage: footprint.py BUILD_DIR_M0PLUS BUILD_DIR_M3 BUILD_DIR_M4
 """
 
 import pathlib
@@ -15,11 +15,9 @@ import sys
 from limits import LIMITS
 
 IMAGES, BOARDS, LEAST = "tests/firmware/images", "firmware/boards", 3000
-FILES = {
-    "size": {**{f"{IMAGES}/{name}": name for name in ("sdo_client", "master", "coprocessor", "coprocessor_with_manager", "canopen_services_plain", "canopen_services_lto", "device_plain", "device_lto")},
-             **{f"{BOARDS}/mps2_an385/cbcan_mps2_{name}.elf": name for name in ("minimal", "process_data")}},
-    "boards": {f"{BOARDS}/mps2_an385/cbcan_mps2_boot_loader.elf": "boot_loader", f"{BOARDS}/mps2_an385/cbcan_mps2_an385.elf": "image",
-               **{f"{BOARDS}/{name}/cbcan_{name}.elf": name for name in ("pico", "stm32f4", "stm32g4")}, f"{BOARDS}/pico/cbcan_pico_slave.elf": "pico_slave"}}
+FILES = {f"{IMAGES}/{name}": name for name in ("sdo_client", "master", "coprocessor", "coprocessor_with_manager", "canopen_services_plain", "canopen_services_lto", "device_plain", "device_lto")}
+FILES |= {f"{BOARDS}/mps2_an385/cbcan_mps2_{name}.elf": name for name in ("minimal", "process_data", "boot_loader")} | {f"{BOARDS}/mps2_an385/cbcan_mps2_an385.elf": "image"}
+FILES |= {f"{BOARDS}/{name}/cbcan_{name}.elf": name for name in ("pico", "stm32f4", "stm32g4")} | {f"{BOARDS}/pico/cbcan_pico_slave.elf": "pico_slave"}
 
 
 def size(*arguments):
@@ -27,22 +25,22 @@ def size(*arguments):
 
 
 def main():
-    group, m0plus, m3, m4 = sys.argv[1], *map(pathlib.Path, sys.argv[2:])
-    files, limits = FILES[group], LIMITS[group]
+    m0plus, m3, m4 = map(pathlib.Path, sys.argv[1:])
+    limits = LIMITS["size"]
     folders = {"stm32f4": m4, "stm32g4": m4, "pico": m0plus, "pico_slave": m0plus}
-    good = sorted(files.values()) == sorted(limits)
-    for file, name in files.items():
+    good = sorted(FILES.values()) == sorted(limits)
+    for file, name in FILES.items():
         image = folders.get(name, m3) / file
         text, data, bss = map(int, size(image).splitlines()[-1].split()[:3])
         for kind, reached in {"text": text + data, "ram": data + bss}.items():
-            print(f"figure: {group}.{name}.{kind} {reached}, at most {limits[name][kind]}")
+            print(f"figure: size.{name}.{kind} {reached}, at most {limits[name][kind]}")
             good &= reached <= limits[name][kind]
         for stack in re.findall(r"^\.stack +(\d+)", size("-A", image), re.MULTILINE):
-            print(f"figure: {group}.{name}.stack {stack}")
+            print(f"figure: size.{name}.stack {stack}")
         if text < LEAST:
             sys.exit(f"{image}: only {text} bytes of text: it is not all there")
-    if group == "size":  # all functions of the library; an image links fewer
-        print(f"figure: size.canopen.text {size('-t', m3 / 'firmware' / 'libcbcan_canopen.a').splitlines()[-1].split()[0]}")
+    # All functions of the library; an image links fewer.
+    print(f"figure: size.canopen.text {size('-t', m3 / 'firmware' / 'libcbcan_canopen.a').splitlines()[-1].split()[0]}")
     sys.exit(0 if good else 1)
 
 

@@ -5,7 +5,6 @@ usage: mps2_boot_loader_test.py BOOT_LOADER BOOT_LOADER_CUT PROGRAM_FOLDER CBCAN
 """
 
 import json
-import os
 import pathlib
 import zlib
 
@@ -18,7 +17,7 @@ LOADER, CUT, FOLDER = program_from_arguments(), program_from_arguments(), pathli
 CBCAN_SIM, CBCANCTL = program_from_arguments(), program_from_arguments()
 NODE = 0x42
 START, RESET, BOOT_UP = 1, 2, "742#00"
-DISTANCE = 1 if "CBCAN_LONG" in os.environ else 10  # of the writes of a copy that are cut
+DISTANCE = 1 if cases.LONG else 10  # of the writes of a copy that are cut
 PROGRAMS = {number: FOLDER / f"mps2_program_{number}.bin" for number in (1, 2, 3)}
 CRCS = {number: zlib.crc32(path.read_bytes()) for number, path in PROGRAMS.items()}
 

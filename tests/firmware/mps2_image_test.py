@@ -16,7 +16,7 @@ from simulator import READ, WRITE, Simulator, program_from_arguments, wait_until
 
 OPENING = b"\r\r\rC\rS6\rO\r"
 BOOT_UP = b"t77F100\r"
-TRANSACTIONS = 10_000 if "CBCAN_LONG" in os.environ else 200
+TRANSACTIONS = 10_000 if cases.LONG else 200
 GARBAGE = 100_000
 
 

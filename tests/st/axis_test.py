@@ -16,7 +16,7 @@ from simulator import program_from_arguments
 
 PROGRAM = program_from_arguments()
 IEC2C = sys.argv.pop(1) if len(sys.argv) > 1 else None
-EXCHANGES = (("write read", 1), ("read write", 9))
+EXCHANGES = (("write read", 1), ("read write", 9))[: 1 + cases.LONG]
 CONVERSIONS = 0x100
 MOST = 1500  # scans until something happens
 LONG = {"to": "first", "then": "other", "by": "other", "speed": "speed"}

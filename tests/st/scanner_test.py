@@ -135,6 +135,7 @@ class Adapter(BlockTest):
             self.plc.scan(pause)
         return each[0], [end for ends in each[1:] for end in ends]
 
+    @cases.in_long
     def test_the_page_s_rule_for_timeout(self):
         """Its table, and its least TIMEOUT with up to three blocks on the channel."""
         page = PAGE.read_text()

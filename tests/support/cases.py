@@ -9,6 +9,9 @@ import sys
 import tempfile
 import unittest
 
+LONG = "CBCAN_LONG" in os.environ
+in_long = unittest.skipUnless(LONG, "tools/test --long runs it")
+
 
 class Case(unittest.TestCase):
     @functools.cached_property

@@ -98,6 +98,7 @@ class WithoutNodeIds(Case):
         self.assertEqual(run(self.place, "status", "--wait", 60000).returncode, DONE)
         self.check("read 6 0x1018 4", "0x00000009 9\n")
 
+    @cases.in_long
     def test_two_alike(self):
         self.start("node = [ { id = 5, identity = [0, 0x191, 0x10000], lss = true } ]")
         said = "differ in the serial number only: give it, or connect one at a time (U); it is looked for each second"
@@ -138,6 +139,7 @@ class ManyNodes(Nodes):
             self.assertIn(told, done.stderr)
         self.check(f"scan --eds {self.folder} --network", "", USAGE, f"cbcanctl: {self.folder}: no EDS file that can be used in this folder\n")
 
+    @cases.in_long
     def test_a_dump_is_a_plan(self):
         for node, name in FILES.items():
             for arguments in ((node, "--eds", eds(name)), (node,))[:1 + (node == 66)]:  # without a file it takes seconds
@@ -163,6 +165,7 @@ class ManyNodes(Nodes):
         self.assertEqual({row["index"] for row in rows}, {int(line[1:5], 16) for line in eds("generic").read_text().splitlines()
                                                           if line[1:5].isalnum() and line[:2] in ("[1", "[2")})
 
+    @cases.in_long
     def test_what_has_been_dumped_comes_back(self):
         self.check("write 0x20 0x200E 0 hex:6865783A30313032303330343035")  # hex:0102030405
         self.check("write 0x20 0x2008 0 18446744073709551615 --type u64")
