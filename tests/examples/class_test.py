@@ -70,10 +70,13 @@ class WeekOfLogs(cases.Case):
         ring.wait(LIMIT)
         files = sorted(self.folder.glob("ring_*"))
         self.assertEqual(len(files), 2)
+        protocols = set()
         for file in files:
             read = subprocess.run(["tshark", "-r", file, "-d", "can.subdissector=canopen", "-T", "fields", "-e", "_ws.col.Protocol"],
                                   capture_output=True, text=True, timeout=LIMIT)
-            self.assertEqual((read.returncode, set(read.stdout.split())), (0, {"Modbus/TCP", "CANopen"}), read.stderr)
+            self.assertEqual(read.returncode, 0, read.stderr)
+            protocols |= set(read.stdout.split())
+        self.assertEqual(protocols, {"Modbus/TCP", "CANopen"})  # the file just begun may have but one
 
 
 cases.main()
