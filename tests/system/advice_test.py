@@ -46,7 +46,7 @@ class Mistakes(cases.Case):
             for mistake in (None, *MISTAKES):
                 with self.subTest(mistake=mistake, timing=timing):
                     kinds = self.kinds(mistake, "--timing", timing)
-                    self.assertEqual(kinds[:1] if mistake == "address" else kinds, [mistake] if mistake else [])  # its program executes nothing more
+                    self.assertEqual(kinds[:1] if mistake == "address" else kinds, [mistake] if mistake else [])  # with "address" nothing is executed, and the own node not started
 
     @cases.in_long
     def test_explore_fails_without_a_fault(self):
