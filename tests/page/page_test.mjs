@@ -290,19 +290,18 @@ for (const [size, width] of [[WIDE, 1280], [NARROW, 390]])
 look("the keyboard is enough", async (page, plant) => {
   await plant.control("trigger read 66 0x1000 0 4", "trigger read 16 0x1000 0 4");
   await page.waitForFunction(() => document.querySelectorAll("#event-list .row").length === 2);
-  const reached = new Set();
-  for (let tab = 0; tab < 120; ++tab) {
+  if (tab) await shows(page, "#counts", /4 operational/);  // its network file does not start node 32, which is first then
+  const nodes = tab ? [32, 66, 1, 2, 16] : [66, 1, 2, 16, 32], reached = new Set();
+  for (let times = 0; times < 120; ++times) {
     await page.keyboard.press("Tab");
     const [id, outline] = await page.evaluate(() => [document.activeElement.id || (document.activeElement === document.body ? '' : document.activeElement.textContent), getComputedStyle(document.activeElement).outlineStyle]);
     if (reached.has(id) && id === "save") break;
     reached.add(id);
     if (id !== "") assert.notEqual(outline, "none", id);
     if (id === "node-list") {
-      await page.keyboard.press("Home");
-      await shows(page, "#node-title", /^66 /);
-      for (const [key, name] of [["ArrowRight", /^1 /], ["ArrowDown", /^32 /], ["ArrowUp", /^1 /], ["End", /^32 /]]) {
+      for (const [key, at] of [["Home", 0], ["ArrowRight", 1], ["ArrowDown", 4], ["ArrowUp", 1], ["End", 4]]) {
         await page.keyboard.press(key);
-        await shows(page, "#node-title", name);
+        await shows(page, "#node-title", new RegExp(`^${nodes[at]} `));
       }
     }
     if (id === "event-list") {
