@@ -171,10 +171,10 @@ void Manager::begin_configuration(Client& client, Time now) {
 }
 
 void Manager::ask_restore(Client& client, Time now) {
-  constexpr std::array<std::uint8_t, 4> kLoad{'l', 'o', 'a', 'd'};
+  constexpr std::array<std::uint8_t, 4> kSignature{'l', 'o', 'a', 'd'};
   const auto sub = static_cast<std::uint8_t>(objects_.number(object::kRestoreConfiguration, client.node));
   nodes_[client.node].restoring = Restoring::kLoadSent;
-  request_write(client, {object::kRestore, sub, kLoad}, now);
+  request_write(client, {object::kRestore, sub, kSignature}, now);
 }
 
 void Manager::restored(Client& client, Time now) {
