@@ -23,9 +23,9 @@ function start(options) {
   return tabPlant(site + (options.length > 0 ? addressOf({ main, files: { [main]: text } }) : ""));
 }
 
-/// `served`: it needs a server, which also takes other clients.
-function look(name, use, { options = [], served = false, ...view } = {}) {
-  if (!tab || !served) lookAt(name, () => start(options), use, view);
+/// `served`: it needs a server, which also takes other clients. `inLong`: for tools/test --long.
+function look(name, use, { options = [], served = false, inLong = false, ...view } = {}) {
+  if (!(tab && served) && !(inLong && !process.env.CBCAN_LONG)) lookAt(name, () => start(options), use, view);
 }
 const manual = { options: ["--clock", "manual"] };
 
@@ -285,7 +285,7 @@ for (const [size, width] of [[WIDE, 1280], [NARROW, 390]])
         await page.waitForFunction((value) => document.querySelector("#node-panel .points input.number").value === value, {}, String(level));
       }
       await page.$eval("#answer", (output) => { output.textContent = "ok"; });
-    }, { ...manual, size, scheme });
+    }, { ...manual, size, scheme, inLong: scheme === "dark" });
 
 look("the keyboard is enough", async (page, plant) => {
   await plant.control("trigger read 66 0x1000 0 4", "trigger read 16 0x1000 0 4");
@@ -344,7 +344,7 @@ look("10,000 events a second do not freeze it", async (page, plant) => {
     elements: document.querySelectorAll("*").length, longest: window.longest }));
   assert.ok(rows <= 2200 && elements < 1500, `${rows} events kept, ${elements} elements`);
   console.log(`the longest picture at 10,000 events a second: ${Math.round(longest)} ms`);
-}, manual);
+}, { ...manual, inLong: true });
 
 look("it comes back after a restart", async (page, plant) => {
   await plant.control("trigger read 66 0x1000 0 4", "trigger read 66 0x1000 0 4");
@@ -443,4 +443,4 @@ look("a day leaves no more than an hour did", async (page, plant) => {
   const hour = await heap(1), day = await heap(23);
   console.log(`heap after an hour ${hour.toFixed(1)} MB, after a day ${day.toFixed(1)} MB`);
   assert.ok(day < hour + 8, `${hour} -> ${day} MB`);
-}, manual);
+}, { ...manual, inLong: true });
